@@ -9,8 +9,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Image, Single
+from servosight.tracking.core._parallel import chunks, threaded
 
 _ABREAST = 64  # columns
+_LARGE = 100_000  # values: fewer take less time than a thread to wake
 
 
 def known_median(stack: Single | Image, least: int = 1) -> Single:
@@ -24,8 +26,15 @@ def known_median(stack: Single | Image, least: int = 1) -> Single:
     [2.0, 7.0]
     """
     flat = np.ascontiguousarray(stack).reshape(len(stack), -1)
-    median = np.empty(flat.shape[1], np.float32)
-    _medians(flat, _comparisons(len(flat)), least, median)
+    median, pairs = np.empty(flat.shape[1], np.float32), _comparisons(len(flat))
+
+    def chunk(columns: range) -> None:
+        _medians(flat, pairs, least, median, columns.start, columns.stop)
+
+    if flat.size < _LARGE:
+        chunk(range(flat.shape[1]))
+    else:
+        threaded(chunk, chunks(flat.shape[1]))
     return median.reshape(stack.shape[1:])
 
 
@@ -50,14 +59,14 @@ def _comparisons(count: int) -> NDArray[np.intp]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _medians(stack, pairs, least, median):  # type: ignore[no-untyped-def]
-    """The median of each column's known values; many columns side by side, since the places to
-    compare are the same for all."""
-    count, size = stack.shape
+def _medians(stack, pairs, least, median, first, stop):  # type: ignore[no-untyped-def]
+    """The median of the known values of columns from ``first`` up to ``stop``; many columns side by
+    side, since the places to compare are the same for all."""
+    count = len(stack)
     values = np.empty((count, _ABREAST), np.float32)
     known = np.empty(_ABREAST, np.intp)
-    for start in range(0, size, _ABREAST):
-        width = min(_ABREAST, size - start)
+    for start in range(first, stop, _ABREAST):
+        width = min(_ABREAST, stop - start)
         known[:] = 0
         for n in range(count):
             for m in range(width):

@@ -1,4 +1,4 @@
-"""A part's cells in one picture: what is left of it beside the model, and by angle and shift.
+"""A part's cells in one picture: what is left beside the model, and the pose that leaves least.
 
 Compiled, since every frame takes some of these passes over up to 20,000 cells.
 """
@@ -10,37 +10,68 @@ from numba import njit
 
 _HUBER = 1.5
 _REJECTED, _REJECTED_STEP = 6.0, 12.0  # of the scale, and grey levels
+_ROUNDS = 6
+_SETTLED_PX = 0.003  # by the farthest cell
+_FARTHEST_RAD, _FARTHEST_PX = np.deg2rad(12.0), 12.0
+_SINGULAR = 1e-12  # what of a pivot's own term elimination may leave
+_USUAL_SHIFT_PX = 3.0  # before the pivot is known
+_BINS, _LARGEST = 4096, 256.0  # of the histogram of residuals: larger ones, in grey levels, alike
+_GAUSSIAN, _LEAST_SCALE = 1.4826, 0.3
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def residuals(  # type: ignore[no-untyped-def]
-    picture, behind, pivot_px, radius_px, phi_rad, cover, level, slopes, angle_rad, shift_px
+    picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle_rad, shift_px
 ):
     """Picture less model (cells,), its slopes by angle and shift (3, cells), the cells' areas, and
     picture less background; cells outside the picture have no area.
 
-    The pictures (height, width) are interpolated linearly; ``slopes`` (4, cells) are those of cover
-    and level by angle, then by radius.
+    The pictures (height, width) are interpolated linearly; ``directions`` (2, cells) are cosine and
+    sine of the cells' at angle zero, ``slopes`` (4, cells) those of cover and level by angle, then
+    by radius.
     """
     cells = radius_px.size
-    height, width = picture.shape
     left, still, area = np.empty(cells), np.empty(cells), np.empty(cells)
     rows = np.empty((3, cells))
-    for n in range(cells):
+    _residuals(
+        picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle_rad, shift_px,
+        left, rows, area, still,
+    )  # fmt: skip
+    return left, rows, area, still
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _residuals(  # type: ignore[no-untyped-def]
+    picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle_rad, shift_px,
+    left, rows, area, still,
+):  # fmt: skip
+    """As ``residuals``, into arrays that are there."""
+    height, width = picture.shape
+    lowest, last = height - 1.0, width - 1.0
+    turn_x, turn_y = np.cos(angle_rad), np.sin(angle_rad)
+    middle_x, middle_y = pivot_px[0] + shift_px[0], pivot_px[1] + shift_px[1]
+    for n in range(radius_px.size):
         radius = radius_px[n]
-        cos, sin = np.cos(phi_rad[n] + angle_rad), np.sin(phi_rad[n] + angle_rad)
-        x = pivot_px[0] + radius * cos + shift_px[0]
-        y = pivot_px[1] - radius * sin + shift_px[1]
-        area[n] = radius if 0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0 else 0.0
-        x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
-        column, row = min(int(x), width - 2), min(int(y), height - 2)
+        cos = directions[0, n] * turn_x - directions[1, n] * turn_y
+        sin = directions[1, n] * turn_x + directions[0, n] * turn_y
+        x, y = middle_x + radius * cos, middle_y - radius * sin
+        inside = 0.0 <= x <= last and 0.0 <= y <= lowest
+        area[n] = radius if inside else 0.0
+        if not inside:  # nor where they are not numbers
+            x, y = x if x > 0.0 else 0.0, y if y > 0.0 else 0.0
+            x, y = x if x < last else last, y if y < lowest else lowest
+        # Unsigned: a place below zero would be one from the end, which takes as long to rule out.
+        column, row = np.uintp(min(int(x), width - 2)), np.uintp(min(int(y), height - 2))
+        right, below = column + np.uintp(1), row + np.uintp(1)
         fx, fy = x - column, y - row
-        a, b = (1.0 - fx) * (1.0 - fy), fx * (1.0 - fy)
-        c, d = (1.0 - fx) * fy, fx * fy
-        seen = a * picture[row, column] + b * picture[row, column + 1]
-        seen += c * picture[row + 1, column] + d * picture[row + 1, column + 1]
-        back = a * behind[row, column] + b * behind[row, column + 1]
-        back += c * behind[row + 1, column] + d * behind[row + 1, column + 1]
+        one, other = picture[row, column], picture[below, column]
+        one += fx * (picture[row, right] - one)
+        other += fx * (picture[below, right] - other)
+        seen = one + fy * (other - one)
+        one, other = behind[row, column], behind[below, column]
+        one += fx * (behind[row, right] - one)
+        other += fx * (behind[below, right] - other)
+        back = one + fy * (other - one)
         by_phi = slopes[1, n] - slopes[0, n] * back
         by_radius = slopes[3, n] - slopes[2, n] * back
         around = by_phi / max(radius, 1.0)
@@ -49,27 +80,126 @@ def residuals(  # type: ignore[no-untyped-def]
         rows[2, n] = -sin * by_radius - cos * around
         left[n] = seen - (1.0 - cover[n]) * back - level[n]
         still[n] = seen - back
-    return left, rows, area, still
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def normal_equation(left, rows, area, scale, unknowns):  # type: ignore[no-untyped-def]
-    """Weights (cells,) of the residuals by Huber, zero where they are far too large for ``scale``;
-    the normal matrix (unknowns, unknowns) and its right side (unknowns,)."""
-    weight = np.empty(left.size)
-    matrix, side = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
+def weights_of(left, area, scale, weight):  # type: ignore[no-untyped-def]
+    """Fill in the weights (cells,) of residuals by Huber, zero where they are far too large for
+    ``scale``."""
     for n in range(left.size):
         away = abs(left[n])
         own = area[n] / max(1.0, away / (_HUBER * scale))
-        if away >= _REJECTED * scale + _REJECTED_STEP:
-            own = 0.0
-        weight[n] = own
-        for i in range(unknowns):
-            term = own * rows[i, n]
-            side[i] += term * left[n]
-            for j in range(i + 1):
-                matrix[i, j] += term * rows[j, n]
-    for i in range(unknowns):
-        for j in range(i):
-            matrix[j, i] = matrix[i, j]
-    return weight, matrix, side
+        weight[n] = 0.0 if away >= _REJECTED * scale + _REJECTED_STEP else own
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _normal_equation(left, rows, weight):  # type: ignore[no-untyped-def]
+    """The normal matrix (3, 3) and its right side (3,), summed in registers."""
+    aa = ba = bb = ca = cb = cc = a_side = b_side = c_side = 0.0
+    for n in range(left.size):
+        a, b, c = rows[0, n], rows[1, n], rows[2, n]
+        by_a, by_b, by_c = weight[n] * a, weight[n] * b, weight[n] * c
+        aa, ba, bb = aa + by_a * a, ba + by_b * a, bb + by_b * b
+        ca, cb, cc = ca + by_c * a, cb + by_c * b, cc + by_c * c
+        a_side, b_side = a_side + by_a * left[n], b_side + by_b * left[n]
+        c_side += by_c * left[n]
+    matrix = np.array([[aa, ba, ca], [ba, bb, cb], [ca, cb, cc]])
+    return matrix, np.array([a_side, b_side, c_side])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scale_of(left, count):  # type: ignore[no-untyped-def]
+    """The standard deviation that the median of the residuals' sizes tells. Only those that share
+    its place in a histogram ``count`` (bins,) are ordered: all would take ten times as long."""
+    count[:] = 0
+    fine = _BINS / _LARGEST
+    for n in range(left.size):
+        away = abs(left[n])
+        count[int(away * fine) if away < _LARGEST else _BINS - 1] += 1
+    place, below, half = 0, 0, left.size // 2
+    while below + count[place] <= half:
+        below += count[place]
+        place += 1
+    near, found = np.empty(count[place]), 0
+    for n in range(left.size):
+        away = abs(left[n])
+        if (int(away * fine) if away < _LARGEST else _BINS - 1) == place:
+            near[found] = away
+            found += 1
+    return _GAUSSIAN * np.partition(near, half - below)[half - below] + _LEAST_SCALE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _solved(matrix, side, step):  # type: ignore[no-untyped-def]
+    """Whether ``matrix`` (n, n) is regular and positive; ``step`` then solves it with ``side``, by
+    Cholesky's method."""
+    size = side.size
+    lower = np.zeros((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for m in range(j):
+                rest -= lower[i, m] * lower[j, m]
+            if i == j:
+                if not rest > _SINGULAR * matrix[i, i]:
+                    return False
+                lower[i, i] = np.sqrt(rest)
+            else:
+                lower[i, j] = rest / lower[j, j]
+    for i in range(size):
+        rest = side[i]
+        for m in range(i):
+            rest -= lower[i, m] * step[m]
+        step[i] = rest / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        rest = step[i]
+        for m in range(i + 1, size):
+            rest -= lower[m, i] * step[m]
+        step[i] = rest / lower[i, i]
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def least_left(  # type: ignore[no-untyped-def]
+    picture, behind, pivot_px, radius_px, directions, cover, level, slopes, start_rad, unknowns,
+    held_px2,
+):  # fmt: skip
+    """Gauss-Newton from an angle, the shift free if there are three ``unknowns``.
+
+    Of a ball at the end of a rod, turn and shift can hardly be distinguished: the shift is held by
+    ``held_px2`` times the variance of the residuals, over that of a usual shift. Angle, shift and
+    scale of the residuals; then, of the last round, what ``residuals`` returns, the weights and the
+    normal matrix. The matrix is empty where the fit diverges.
+    """
+    cells = radius_px.size
+    left, still, area, weight = np.empty(cells), np.empty(cells), np.empty(cells), np.empty(cells)
+    rows, count = np.empty((3, cells)), np.empty(_BINS, np.int32)
+    angle, shift, scale = start_rad, np.zeros(2), 0.0
+    step, none = np.empty(unknowns), np.empty((0, 0))
+    farthest, matrix = radius_px.max(), none
+    for _ in range(_ROUNDS):
+        _residuals(
+            picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle, shift,
+            left, rows, area, still,
+        )  # fmt: skip
+        scale = _scale_of(left, count)
+        weights_of(left, area, scale, weight)
+        matrix, side = _normal_equation(left, rows, weight)
+        matrix, side = matrix[:unknowns, :unknowns].copy(), side[:unknowns]
+        if not _solved(matrix, side, step):
+            return angle, shift, scale, left, rows, area, still, weight, none
+        holding = matrix.copy()
+        held = held_px2 * scale**2 / _USUAL_SHIFT_PX**2
+        for i in range(1, unknowns):
+            side[i] += held * shift[i - 1]
+            holding[i, i] += held
+        _solved(holding, side, step)
+        angle -= step[0]
+        for i in range(1, unknowns):
+            shift[i - 1] -= step[i]
+        far = max(abs(shift[0]), abs(shift[1])) > _FARTHEST_PX
+        if far or not abs(angle - start_rad) <= _FARTHEST_RAD:
+            return angle, shift, scale, left, rows, area, still, weight, none
+        if abs(step[0]) * farthest < _SETTLED_PX:
+            break
+    return angle, shift, scale, left, rows, area, still, weight, matrix

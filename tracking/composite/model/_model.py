@@ -12,18 +12,16 @@ from functools import cached_property
 import numpy as np
 
 from servosight.models.core import Array, Single
-from servosight.tracking.composite.model._cells import normal_equation, residuals
+from servosight.tracking.composite.model._cells import least_left, residuals, weights_of
 from servosight.tracking.composite.model._raster import PartRaster
 from servosight.tracking.core import Index, threaded, turning
 from servosight.tracking.verification import PolarView
 
-_ROUNDS = 6
 _COMMON_PX = 0.1
-_USUAL_SHIFT_PX, _CORRELATED_PX2 = 3.0, 20.0  # before the pivot is known; of residuals
+_CORRELATED_PX2 = 20.0  # of residuals
 _BLOCK_PX = 8  # along a side: a block of the codec, over which residuals are correlated
 _MOST_CELLS = 20_000
 _FAR_OFF2 = 3600.0  # grey levels squared: a larger difference counts no more
-_FARTHEST_RAD = np.deg2rad(12.0)
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 
 
@@ -128,44 +126,30 @@ class CompositeModel:
         diverges, or there are no cells."""
         if self.radius_px.size == 0:
             return None
-        start, shift = angle_rad, np.zeros(2)
         unknowns = 3 if shifted else 1
-        for _ in range(_ROUNDS):
-            left, rows, area, still = residuals(
-                picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
-                self.level, self.slopes, angle_rad, shift,
-            )  # fmt: skip
-            scale = 1.4826 * float(np.partition(np.abs(left), left.size // 2)[left.size // 2]) + 0.3
-            weight, normal, side = normal_equation(left, rows, area, scale, unknowns)
-            # Of a ball at the end of a rod, turn and shift can hardly be distinguished.
-            held = np.zeros(unknowns)
-            correlated = _CORRELATED_PX2 * self.grain**2
-            held[1:] = correlated * scale**2 / self.step_rad / _USUAL_SHIFT_PX**2
-            side[1:] += held[1:] * shift[: unknowns - 1]
-            if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
-                return None
-            step = -np.linalg.solve(normal + np.diag(held), side)
-            angle_rad += float(step[0])
-            shift = shift + step[1:3] if shifted else shift
-            if abs(angle_rad - start) > _FARTHEST_RAD or np.abs(shift).max() > 12.0:
-                return None
-            if abs(step[0]) * self.radius_px.max() < 0.003:
-                break
+        angle_rad, shift, scale, left, rows, area, still, weight, normal = least_left(
+            picture, *self._cells, angle_rad, unknowns,
+            _CORRELATED_PX2 * self.grain**2 / self.step_rad,
+        )  # fmt: skip
+        if not normal.size:
+            return None
         turn = rows[0] * weight
         per_px = np.hypot(*(rows[1:] @ turn)) / max(float(rows[0] @ turn), 1e-9)
         inverse, rows = np.linalg.inv(normal), rows[:unknowns]
-        score = np.stack([np.bincount(self.block, row) for row in rows * weight * left])
+        score = np.stack([np.bincount(self.block, row) for row in rows * (weight * left)])
         covariance = np.zeros((3, 3))
         covariance[:unknowns, :unknowns] = inverse @ (score @ score.T) @ inverse
-        inside = self.cover > 0.5
-        model = float((area * np.minimum(left**2, _FAR_OFF2))[inside].sum())
-        plain = float((area * np.minimum(still**2, _FAR_OFF2))[inside].sum())
-        kept = float((area * (weight > 0.3 * area))[inside].sum() / max(area[inside].sum(), 1e-9))
+        inside = area * (self.cover > 0.5)
+        model = float(inside @ np.minimum(left**2, _FAR_OFF2))
+        plain = float(inside @ np.minimum(still**2, _FAR_OFF2))
+        kept = float(inside @ (weight > 0.3 * area)) / max(float(inside.sum()), 1e-9)
         explained = 1.0 - model / max(plain, 1e-9)
-        sides = self._sides(rows[0] * weight * left, rows[0] ** 2 * weight)
-        per_left = np.sqrt(plain / max(float((area * rows[0] ** 2).sum()), 1e-9))
-        holds = rows[0] ** 2 * weight
-        y = self.pivot_px[1] - self.radius_px * np.sin(self.phi_rad + angle_rad)
+        holds = turn * rows[0]
+        sides = self._sides(turn * left, holds)
+        per_left = np.sqrt(plain / max(float(area @ rows[0] ** 2), 1e-9))
+        directions = self._cells[3]
+        sin = directions[1] * np.cos(angle_rad) + directions[0] * np.sin(angle_rad)
+        y = self.pivot_px[1] - self.radius_px * sin
         return PoseFit(
             angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
             float(per_left), float(holds @ y / max(float(holds.sum()), 1e-9)),
@@ -175,11 +159,10 @@ class CompositeModel:
     def left(self, picture: Single, fit: PoseFit) -> tuple[Array, Array, Array]:
         """What a fit leaves of a picture (cells,), its slopes by angle [1/rad] and shift [1/px]
         (3, cells), and the cells' weights (cells,)."""
-        left, rows, area, _ = residuals(
-            picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
-            self.level, self.slopes, fit.angle_rad, fit.shift_px,
-        )  # fmt: skip
-        return left, rows, normal_equation(left, rows, area, fit.noise, 1)[0]
+        left, rows, area, _ = residuals(picture, *self._cells, fit.angle_rad, fit.shift_px)
+        weight = np.empty_like(left)
+        weights_of(left, area, fit.noise, weight)
+        return left, rows, weight
 
     def squares(self, picture: Single, angle_rad: float) -> Array:
         """The squared residuals (cells,) of a picture fitted from an angle, large ones limited; NaN
@@ -187,10 +170,7 @@ class CompositeModel:
         fit = self.fit(picture, angle_rad)
         if fit is None:
             return np.full(self.radius_px.size, np.nan)
-        left, _, area, _ = residuals(
-            picture, self.behind, self.pivot_px, self.radius_px, self.phi_rad, self.cover,
-            self.level, self.slopes, fit.angle_rad, fit.shift_px,
-        )  # fmt: skip
+        left, _, area, _ = residuals(picture, *self._cells, fit.angle_rad, fit.shift_px)
         return np.where(area > 0.0, np.minimum(left**2, _FAR_OFF2), np.nan)
 
     def fits(
@@ -206,15 +186,25 @@ class CompositeModel:
     def _sides(self, pull: Array, hold: Array) -> float:
         """The difference of the angles that both halves of the cells give, from their terms of the
         normal equation (cells,)."""
-        ahead = np.sin(self.phi_rad - self._middle_rad) > 0.0
-        steps = [-pull[s].sum() / max(float(hold[s].sum()), 1e-9) for s in (ahead, ~ahead)]
+        steps = [-float(pull @ half) / max(float(hold @ half), 1e-9) for half in self._halves]
         return float(steps[0] - steps[1])
 
     @cached_property
-    def _middle_rad(self) -> float:
-        """The direction of the part's middle."""
+    def _cells(self) -> tuple[Single, tuple[float, float], Array, Array, Array, Array, Array]:
+        """What the compiled passes take of it."""
+        directions = np.stack([np.cos(self.phi_rad), np.sin(self.phi_rad)])
+        return (
+            self.behind, self.pivot_px, self.radius_px, directions, self.cover, self.level,
+            self.slopes,
+        )  # fmt: skip
+
+    @cached_property
+    def _halves(self) -> tuple[Array, Array]:
+        """1 for the cells ahead of the direction of the part's middle, and for the others."""
         weight = self.cover * self.radius_px**2
-        return float(np.angle((weight * np.exp(1j * self.phi_rad)).sum()))
+        cos, sin = self._cells[3]
+        ahead = (sin * (weight @ cos) - cos * (weight @ sin) > 0.0).astype(np.float64)
+        return ahead, 1.0 - ahead
 
 
 def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from numba import njit
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import Index, known_median
+from servosight.tracking.core import Index, known_median, threaded
 from servosight.tracking.verification import PolarView
 
 _GROW_PX = 3.0
@@ -128,17 +128,6 @@ def _means(values, columns, mean):  # type: ignore[no-untyped-def]
             mean[row, n] = (end - start) / columns
 
 
-def _at(image: Single, x: Single, y: Single, border: int = cv2.BORDER_REPLICATE) -> Array:
-    """The picture at places (n,); NaN beyond a constant ``border``."""
-    if x.size == 0:
-        return np.empty(0)
-    # OpenCV takes at most 32,767 points in a row.
-    wide = -(-x.size // 1024) * 1024
-    x, y = (np.resize(v, wide).reshape(-1, 1024) for v in (x, y))
-    seen = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=border, borderValue=float("nan"))
-    return np.asarray(seen, np.float64).ravel()
-
-
 def cover_in(view: PolarView, near: Mask, angle_rad: float, shape: tuple[int, ...]) -> Mask:
     """A shape on the raster as pixels of a picture (height, width), turned by an angle."""
     return next(covers_in(view, near, [angle_rad], shape))
@@ -185,17 +174,37 @@ def _seen(
 ) -> tuple[Single, Single]:
     """What pictures (n, height, width) at angles (n,) and the background show at cells of the
     raster, given by row and column; (n, cells) each, NaN beyond the pictures."""
-    radius = view.radius_px[cells[0]].astype(np.float32)
-    phi = view.step_rad * cells[1]
+    radius, phi = view.radius_px[cells[0]], view.step_rad * cells[1]
     seen = np.empty((len(pictures), phi.size), np.float32)
     still = np.empty_like(seen)
-    for number, (picture, angle) in enumerate(zip(pictures, angle_rad, strict=True)):
-        turned = phi + angle
-        x = np.float32(view.pivot_px[0]) + radius * np.cos(turned).astype(np.float32)
-        y = np.float32(view.pivot_px[1]) - radius * np.sin(turned).astype(np.float32)
-        for image, shown in ((picture, seen), (behind, still)):
-            shown[number] = _at(image, x, y, cv2.BORDER_CONSTANT)[: x.size]
+    behind = np.ascontiguousarray(behind, np.float32)
+
+    def look(number: int) -> None:
+        picture = np.ascontiguousarray(pictures[number], np.float32)
+        _look(picture, behind, view.pivot_px, radius, phi + angle_rad[number], seen[number],
+              still[number])  # fmt: skip
+
+    threaded(look, range(len(pictures)))
     return seen, still
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _look(picture, behind, pivot_px, radius_px, turned_rad, seen, still):  # type: ignore[no-untyped-def]
+    """Fill in what a picture and the background (height, width) show at places about a pivot (n,),
+    interpolated linearly; NaN beyond the picture."""
+    height, width = picture.shape
+    for n in range(radius_px.size):
+        x = pivot_px[0] + radius_px[n] * np.cos(turned_rad[n])
+        y = pivot_px[1] - radius_px[n] * np.sin(turned_rad[n])
+        if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
+            seen[n] = still[n] = np.nan
+            continue
+        column, row = min(int(x), width - 2), min(int(y), height - 2)
+        right, down = x - column, y - row
+        for image, shown in ((picture, seen), (behind, still)):
+            upper = (1.0 - right) * image[row, column] + right * image[row, column + 1]
+            lower = (1.0 - right) * image[row + 1, column] + right * image[row + 1, column + 1]
+            shown[n] = (1.0 - down) * upper + down * lower
 
 
 def _shares(seen: Single, still: Single, cover: Single, level: Single) -> tuple[Single, Single]:

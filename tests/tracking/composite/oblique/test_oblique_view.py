@@ -170,7 +170,7 @@ def test_sigma_holds_what_a_correction_does_not_describe() -> None:
 
 
 def test_of_a_tilt_that_a_small_swing_hardly_shows_sigma_holds_what_is_left() -> None:
-    view, before, _ = filmed(25.0, np.deg2rad(12.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6, 10.0)
+    view, before, _ = filmed(25.0, np.deg2rad(10.0) * np.sin(np.linspace(0.0, 9.0, 48)) + 0.6, 10.0)
     assert view is not None
     assert not view.found
     assert rms(before) < 3.0 * np.rad2deg(view.sigma_rad)
