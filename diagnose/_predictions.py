@@ -71,7 +71,7 @@ def _simulated(
         )
     whole = zip(given, diagnosis.recordings, strict=True)
     scored, _ = thinned(
-        [part.shifted(-use.latency_s) for one, use in whole for part in cut(one, use.stretches_s)]
+        [use.seen(part) for one, use in whole for part in cut(one, use.stretches_s)]
     )
     uses = [use for use in diagnosis.recordings for _ in use.parts]
     return tuple(

@@ -21,6 +21,7 @@ from servosight.diagnose.outcome._ladder import ladder_steps
 from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
 from servosight.diagnose.selection import (
+    FRAMES_REMEDY,
     REMEDY,
     AcceptanceCriterion,
     ModelSelection,
@@ -29,9 +30,11 @@ from servosight.diagnose.selection import (
     Split,
     StepwiseSelector,
     Trial,
+    command_frames,
     latencies_left,
     own_latencies,
 )
+from servosight.identify.fit import CommandFrames, FramedFit
 from servosight.models.core import StageProgress, Table
 
 
@@ -83,9 +86,15 @@ def select(
     *,
     auto: bool,
     progress: StageProgress,
+    framed: FramedFit | None = None,
 ) -> Outcome:
-    """Rank single candidates; with ``auto`` add effects and check which names are stable."""
-    models, latencies = _models(data, criterion, prior)
+    """Rank single candidates; with ``auto`` add effects and check which names are stable.
+
+    ``framed``: how the commands of the recordings act once a frame, where that is known already.
+    It shows beside the first model, or, where much else is missing, beside the last one alone: all
+    is then done again.
+    """
+    models, latencies, framed = _models(data, criterion, prior, framed)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.select() if auto else selector.first_step(), Stability()
     searched = models.work.simulations
@@ -97,6 +106,10 @@ def select(
             selected, last = replace(selected, steps=(*selected.steps, step)), step.trial
         if last is not checked:
             stable = stability(models, criterion, last)
+        if framed is None and not criterion.explained(last.score):
+            framed = command_frames(models, last, data.runs, data.levels.floor_deg)
+            if framed is not None:
+                return select(data, criterion, prior, auto=auto, progress=progress, framed=framed)
         if not latencies and not criterion.explained(last.score):
             latencies = latencies_left(models, last, _names(data))
     return Outcome(
@@ -148,26 +161,38 @@ def verdict_of(outcome: Outcome) -> Verdict:
 
 
 def _models(
-    data: DiagnosisData, criterion: AcceptanceCriterion, known: PriorKnowledge
-) -> tuple[ModelSelection, tuple[str, ...]]:
-    """The models of recordings with one latency, and sentences on those that had another.
+    data: DiagnosisData,
+    criterion: AcceptanceCriterion,
+    known: PriorKnowledge,
+    framed: FramedFit | None,
+) -> tuple[ModelSelection, tuple[str, ...], FramedFit | None]:
+    """The models of recordings with one latency, and sentences on those that had another, or whose
+    commands act once a frame; and how they do.
 
     Where what is missing shows in the validation samples alone, another third is held out: no
     effect can be fitted to what the fit does not see.
     """
     groups = data.fitted, data.validate, data.test
     models = ModelSelection(Split.of(*groups), data.catalogue, known)
+    frames: tuple[CommandFrames | None, ...] = (None,) * len(data.runs)
     late_s = (0.0,) * len(data.runs)
     notes: tuple[str, ...] = ()
+    if framed is None:
+        framed = command_frames(models, models.first(), data.runs, data.levels.floor_deg)
+    if framed is not None:
+        frames = framed.frames
+        notes = framed.sentences(_names(data), FRAMES_REMEDY)
+        models = models.with_split(models.split.in_frames(frames))
     found = own_latencies(models, data.runs)
     if found is not None:
         late_s = tuple(found.late_s.tolist())
-        notes = found.sentences(_names(data), REMEDY)
+        notes = (*notes, *found.sentences(_names(data), REMEDY))
         models = models.with_split(models.split.earlier(late_s))
     score = models.first().score
     if criterion.settled(score) and not criterion.explained(score) and not data.validate:
-        models = models.with_split(Split.of(*groups, choice=1).earlier(late_s))
-    return models, notes
+        split = Split.of(*groups, choice=1)
+        models = models.with_split(split.in_frames(frames).earlier(late_s))
+    return models, notes, framed
 
 
 def _names(data: DiagnosisData) -> list[str]:

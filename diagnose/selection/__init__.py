@@ -1,5 +1,7 @@
 """Models tried, compared and selected step by step."""
 
+from servosight.diagnose.selection._command_frames import FRAMES_REMEDY as FRAMES_REMEDY
+from servosight.diagnose.selection._command_frames import command_frames as command_frames
 from servosight.diagnose.selection._confounding import Resolution as Resolution
 from servosight.diagnose.selection._confounding import alternatives as alternatives
 from servosight.diagnose.selection._confounding import confounded as confounded

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from servosight.diagnose.residuals import VALIDATION
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.identify.fit import OwnLatencies, Solution, clear_latencies, polish
-from servosight.identify.problem import Problem, linear_start
+from servosight.identify.problem import Problem, own_start
 
 WORTH = 0.25
 """A latency is taken out before anything is fitted where the error falls by this share. Where much
@@ -32,7 +34,7 @@ def own_latencies(models: ModelSelection, runs: Sequence[int]) -> OwnLatencies |
     """
     if len(set(runs)) < 2:
         return None
-    found = clear_latencies(_fit_to_all(models), runs)
+    found = clear_latencies(fitted_to_all(models, models.first()), runs)
     most = found is not None and found.rmse_deg <= (1.0 - WORTH) * found.shared_rmse_deg
     return found if most else None
 
@@ -54,14 +56,17 @@ def latencies_left(models: ModelSelection, last: Trial, names: Sequence[str]) ->
     return () if found is None else found.sentences(own, LEFT)
 
 
-def _fit_to_all(models: ModelSelection) -> Solution:
-    """The first model; where recordings validate, the linear one fitted to them as well."""
+def fitted_to_all(models: ModelSelection, model: Trial) -> Solution:
+    """A model's fit; where recordings validate, to these as well."""
     split = models.split
     if not split.carried:
-        return models.first().fit
-    masks = (*split.masks, *(uses == VALIDATION for uses in split.carried_uses))
+        return model.fit
+    validating = tuple(np.asarray(uses == VALIDATION) for uses in split.carried_uses)
     problem = Problem.of(
-        (*split.recordings, *split.carried), models.catalogue, (), masks, models.ranges,
-        models.held, models.work,
+        (*split.recordings, *split.carried), models.catalogue, model.effects,
+        (*split.masks, *validating), models.ranges, models.held, models.work,
     )  # fmt: skip
-    return polish(problem, [linear_start(problem)])
+    point, gain = model.fit.outcome.point, model.fit.problem.values(model.fit.outcome.point)["k"]
+    carried = zip(split.carried, validating, strict=True)
+    own = [own_start(recording, gain, mask) for recording, mask in carried]
+    return polish(problem, [np.concatenate([point, *own])])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Uses
+from servosight.identify.fit import CommandFrames
 from servosight.models.core import Mask, Recording
 
 BLOCK_S = 1.0
@@ -24,7 +25,8 @@ class Split:
     ``recordings`` have samples to fit on, ``carried`` samples to validate on and none to fit on,
     ``tested`` are for the test alone. ``uses`` and ``carried_uses`` (samples,) each. ``late_s`` is
     by how much the angles of the fitted recordings, then of the carried ones, were taken as earlier
-    than their stamps.
+    than their stamps, ``frames`` are the instants at which their commands act, where not at each of
+    their rows.
     """
 
     recordings: tuple[Recording, ...]
@@ -34,6 +36,7 @@ class Split:
     tested: tuple[Recording, ...] = ()
     warnings: tuple[str, ...] = ()
     late_s: tuple[float, ...] = ()
+    frames: tuple[CommandFrames | None, ...] = ()
 
     @classmethod
     def of(
@@ -67,6 +70,7 @@ class Split:
             tuple(test),
             tuple(_too_short(name, reported) for name in short),
             (0.0,) * (len(recordings) + len(validate)),
+            (None,) * (len(recordings) + len(validate)),
         )
 
     def earlier(self, late_s: Sequence[float]) -> Split:
@@ -77,6 +81,16 @@ class Split:
             recordings=_earlier(self.recordings, late_s[:count]),
             carried=_earlier(self.carried, late_s[count:]),
             late_s=tuple(a + b for a, b in zip(self.late_s, late_s, strict=True)),
+        )
+
+    def in_frames(self, frames: Sequence[CommandFrames | None]) -> Split:
+        """The same uses of the same samples, with commands that act once a frame where they do."""
+        count = len(self.recordings)
+        return replace(
+            self,
+            recordings=_framed(self.recordings, frames[:count]),
+            carried=_framed(self.carried, frames[count:]),
+            frames=tuple(frames),
         )
 
     @property
@@ -93,6 +107,13 @@ class Split:
     def untested(self) -> tuple[Mask, ...]:
         """For each fitted recording, the samples that are not for the test."""
         return tuple(np.asarray(use != TEST) for use in self.uses)
+
+
+def _framed(
+    recordings: Sequence[Recording], frames: Sequence[CommandFrames | None]
+) -> tuple[Recording, ...]:
+    pairs = zip(recordings, frames, strict=True)
+    return tuple(one if found is None else found.of(one) for one, found in pairs)
 
 
 def _earlier(recordings: Sequence[Recording], late_s: Sequence[float]) -> tuple[Recording, ...]:

@@ -16,6 +16,10 @@ from servosight.identify.fit._effects import sketch_effects as sketch_effects
 from servosight.identify.fit._fitted import FittedParameters as FittedParameters
 from servosight.identify.fit._floor import floor_deg as floor_deg
 from servosight.identify.fit._floor import tolerance_deg as tolerance_deg
+from servosight.identify.fit._frame_scene import CommandFrames as CommandFrames
+from servosight.identify.fit._frames import FramedFit as FramedFit
+from servosight.identify.fit._frames import clear_frames as clear_frames
+from servosight.identify.fit._frames import frame_notes as frame_notes
 from servosight.identify.fit._horizon import over_horizons as over_horizons
 from servosight.identify.fit._identify import METHODS as METHODS
 from servosight.identify.fit._identify import check_method as check_method

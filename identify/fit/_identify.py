@@ -13,6 +13,7 @@ from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._early import early_notes
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._floor import floor_deg
+from servosight.identify.fit._frames import frame_notes
 from servosight.identify.fit._latencies import latency_notes
 from servosight.identify.fit._lower import fit_lower
 from servosight.identify.fit._nested import contains, no_worse
@@ -130,6 +131,7 @@ def identify(
             *solution.notes,
             *latency_notes(solution),
             *early_notes(solution, floor),
+            *frame_notes(solution, floor),
             *warnings,
             *(measured_by_servo(scored, fixed) if chosen else ()),
         ),

@@ -165,6 +165,23 @@ class Recording(Frozen):
         """
         return command_at(self.command_time_s, self.command_deg, time_s, self.hold)
 
+    def in_frames(self, period_s: float, at_s: float) -> Recording:
+        """The same with a command that acts once every ``period_s``, as of a servo that is driven
+        by pulses; one of these instants is ``at_s``.
+
+        >>> rows_s, none = np.arange(4.0), np.zeros(1)
+        >>> rec = Recording("rows", rows_s, rows_s, time_s=none, angle_deg=none)
+        >>> framed = rec.in_frames(2.0, 0.5)
+        >>> framed.command_time_s.tolist(), framed.command_deg.tolist()
+        ([-1.5, 0.5, 2.5, 4.5], [0.0, 0.0, 2.0, 3.0])
+        """
+        first = np.floor((self.command_time_s[0] - at_s) / period_s)
+        last = np.ceil((self.command_time_s[-1] - at_s) / period_s)
+        frames_s = at_s + period_s * np.arange(first, last + 1.0)
+        return replace(
+            self, command_time_s=frames_s, command_deg=self.command_at(frames_s), hold="zero"
+        )
+
     def shifted(self, by_s: float) -> Recording:
         """The same with the times of its angles later by ``by_s``; the command stays."""
         if by_s == 0.0:

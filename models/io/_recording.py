@@ -174,7 +174,7 @@ def recording_of(
     """Join the streams into a recording; InputError where the exposure cannot be."""
     s = streams
     _check_exposure(s.time, settings, path)
-    return Recording(
+    read = Recording(
         name=name,
         command_time_s=s.command_time.values,
         command_deg=s.command.values,
@@ -193,6 +193,9 @@ def recording_of(
         details=dict(settings.details),
         horn=None if horn is None else _stream(horn),
     )
+    if not settings.command_frame_s:
+        return read
+    return read.in_frames(settings.command_frame_s, settings.command_frame_at_s)
 
 
 def _signals(path: Path) -> Signals | None:

@@ -32,7 +32,8 @@ def save_recording(
     """
     table: dict[str, Any] = {"format": FORMAT, **recording.details, **(extra or {})}
     recording = recording.shifted(float(table.get("latency_s", 0.0)))
-    table.pop("command_hold", None)
+    for key in ("command_hold", "command_frame_s", "command_frame_at_s"):
+        table.pop(key, None)  # the command is written as it acts
     table["hold"] = recording.hold
     for key in ("relative_gain", "relative_load"):
         if getattr(recording, key) != 1.0 or key in table or "reference" in table:

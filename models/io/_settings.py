@@ -41,6 +41,15 @@ _OffsetSigma = Annotated[
         extra={"fix": "write 2 ms as 0.002", "infinite": True},
     ),
 ]
+_Frame = Annotated[
+    float,
+    Meta(
+        ge=0.0,
+        le=1.0,
+        description="seconds from 0 (none) to 1",
+        extra={"fix": "write 20 ms as 0.02"},
+    ),
+]
 
 
 def _ratio(lowest: float) -> Meta:
@@ -109,6 +118,8 @@ class _SettingsKeys:
     video_offset_s: float = 0.0
     offset_sigma_s: _OffsetSigma | None = None
     latency_s: float = 0.0
+    command_frame_s: _Frame = 0.0
+    command_frame_at_s: float = 0.0
     unit_scale: float = 1.0
     deg_per_us: float | None = None
     neutral_us: float | None = None
@@ -128,7 +139,8 @@ class RecordingSettings:
 
     ``video_offset_s`` is added to a video's times to give the command's clock, and
     ``offset_sigma_s`` its standard deviation: infinite where it is not known. ``latency_s`` is
-    taken off the times of the angle. ``unit_scale``
+    taken off the times of the angle. The command acts once every ``command_frame_s``, one time at
+    ``command_frame_at_s``, where that is not 0. ``unit_scale``
     turns the numbers of the angle, command and sigma columns into degrees where the output is no
     angle (0.01 m shown as 1 deg: 100). ``deg_per_us`` and ``neutral_us`` convert pulse widths.
     ``relative_gain`` and ``relative_load`` say how this run's position loop and load compare with
@@ -142,6 +154,8 @@ class RecordingSettings:
     video_offset_s: float = 0.0
     offset_sigma_s: float = 0.0
     latency_s: float = 0.0
+    command_frame_s: float = 0.0
+    command_frame_at_s: float = 0.0
     unit_scale: float = 1.0
     deg_per_us: float | None = None
     neutral_us: float | None = None
@@ -175,6 +189,8 @@ def read_recording_settings(path: Path) -> RecordingSettings:
         video_offset_s=keys.video_offset_s,
         offset_sigma_s=sigma_s,
         latency_s=keys.latency_s,
+        command_frame_s=keys.command_frame_s,
+        command_frame_at_s=keys.command_frame_at_s,
         unit_scale=keys.unit_scale,
         deg_per_us=keys.deg_per_us,
         neutral_us=keys.neutral_us,
