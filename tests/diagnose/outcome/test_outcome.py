@@ -117,15 +117,16 @@ def test_the_verdict_asks_for_the_test_and_for_what_chose(
 
 @pytest.fixture
 def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """What the first model scores, which latencies are found, and the splits that were made."""
-    made: dict[str, Any] = {"score": trial("").score, "late": None, "choices": []}
+    """What the first model scores, which latencies and frames are found beside which model, and
+    the splits that were made."""
+    made: dict[str, Any] = {"score": trial("").score, "late": None, "framed": {}, "choices": []}
 
     class Models:
         def __init__(self, split: Any, effects: Any, known: Any) -> None:
             self.split, self.work = split, SimpleNamespace(simulations=7)
 
         def first(self) -> Any:
-            return SimpleNamespace(score=made["score"])
+            return SimpleNamespace(score=made["score"], effects=())
 
         def with_split(self, split: Any) -> Any:
             return Models(split, None, None)
@@ -133,25 +134,31 @@ def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def of(*groups: Any, choice: int = 0) -> Any:
         made["choices"].append(choice)
 
-        def earlier(late_s: tuple[float, ...]) -> Any:
-            return SimpleNamespace(choice=choice, late_s=late_s, earlier=earlier)
+        def placed(late_s: Any, frames: Any) -> Any:
+            return SimpleNamespace(
+                choice=choice,
+                late_s=late_s,
+                frames=frames,
+                earlier=lambda late_s: placed(late_s, frames),
+                in_frames=lambda frames: placed(late_s, frames),
+            )
 
-        return SimpleNamespace(choice=choice, late_s=None, earlier=earlier)
+        return placed(None, None)
 
     monkeypatch.setattr(_outcome, "ModelSelection", Models)
     monkeypatch.setattr(_outcome, "Split", SimpleNamespace(of=of))
     monkeypatch.setattr(_outcome, "own_latencies", lambda models, runs: made["late"])
+    monkeypatch.setattr(
+        _outcome, "command_frames", lambda models, model, *_: made["framed"].get(model.effects)
+    )
     return made
 
 
 def data(**more: Any) -> Any:
     runs = SimpleNamespace(name="first"), SimpleNamespace(name="second")
+    levels = SimpleNamespace(floor_deg=0.1)
     given = {"fitted": (1,), "validate": (), "test": (), "runs": (0, 1), "whole": runs}
-    return (
-        SimpleNamespace(**given, catalogue=catalogue())
-        if not more
-        else SimpleNamespace(**{**given, **more}, catalogue=catalogue())
-    )
+    return SimpleNamespace(**{**given, **more}, levels=levels, catalogue=catalogue())
 
 
 def score(train_deg: float, validation_deg: float) -> Score:
@@ -175,10 +182,11 @@ def test_another_third_is_held_out_where_the_fit_does_not_see_what_is_missing(
     again: bool,
 ) -> None:
     models["score"] = score(train_deg, validation_deg)
-    found, notes = _outcome._models(data(validate=validate), CRITERION, PriorKnowledge())
+    given = data(validate=validate)
+    found, notes, framed = _outcome._models(given, CRITERION, PriorKnowledge(), None)
     assert models["choices"] == ([0, 1] if again else [0])
     assert found.split.choice == (1 if again else 0)
-    assert notes == ()
+    assert notes == () and framed is None
     if again:
         assert found.split.late_s == (0.0, 0.0)
 
@@ -191,11 +199,34 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(models: dict[str, A
     models["late"] = late
     for own, choice in ((score(0.1, 0.1), 0), (score(0.1, 0.3), 1)):
         models["score"] = own
-        found, notes = _outcome._models(data(), CRITERION, PriorKnowledge())
+        found, notes, _ = _outcome._models(data(), CRITERION, PriorKnowledge(), None)
         assert found.split.choice == choice
         assert found.split.late_s == (0.0, 0.012)
         assert [note.partition(":")[0] for note in notes] == ["first", "second"]
         assert all("recording.toml" in note for note in notes)
+
+
+def test_frames_beside_the_last_model_alone_are_taken_and_all_is_done_again(
+    models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = Step(trial("")), Step(trial("a", 0.3), "a")
+    models["framed"] = {
+        ("a",): SimpleNamespace(frames=("own", None), sentences=lambda names, remedy: ("framed",))
+    }
+    splits: list[Any] = []
+
+    def selector(made: Any, *_: Any) -> Any:
+        splits.append(made.split.frames)
+        return SimpleNamespace(select=lambda: Selected(steps, ()))
+
+    monkeypatch.setattr(_outcome, "StepwiseSelector", selector)
+    monkeypatch.setattr(_outcome, "firm", lambda *_: (Selected(steps, ()), Stability()))
+    monkeypatch.setattr(_outcome, "special_case", lambda *_: None)
+    found = _outcome.select(
+        data(), CRITERION, PriorKnowledge(), auto=True, progress=lambda *_: None
+    )
+    assert splits == [None, ("own", None)]
+    assert found.latencies == ("framed",)
 
 
 @pytest.mark.parametrize(
