@@ -187,7 +187,7 @@ def _warnings(
         *unused_disturbances(data.whole, outcome.last.effects, data.catalogue),
         *data.shortened,
         *models.split.warnings,
-        *outcome.latencies,
+        *outcome.timing,
         *(
             ()
             if is_around_fmu(data.catalogue)

@@ -43,8 +43,9 @@ class Outcome:
     """A selection that has ended: its steps, the last of which is the model that is named.
 
     ``auto`` is True where effects were added, False where only single candidates were ranked;
-    ``simulations`` is what the search took, without the check of its stability; ``latencies`` are
-    sentences on recordings whose angles lag those of others, taken out or not.
+    ``simulations`` is what the search took, without the check of its stability; ``timing`` are
+    sentences on recordings whose angles lag those of others, taken out or not, and on those whose
+    commands act once a frame.
     """
 
     models: ModelSelection
@@ -53,7 +54,7 @@ class Outcome:
     stability: Stability
     auto: bool
     simulations: int
-    latencies: tuple[str, ...]
+    timing: tuple[str, ...]
 
     @property
     def linear(self) -> Trial:
@@ -94,7 +95,7 @@ def select(
     It shows beside the first model, or, where much else is missing, beside the last one alone: all
     is then done again.
     """
-    models, latencies, framed = _models(data, criterion, prior, framed)
+    models, timing, framed = _models(data, criterion, prior, framed)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.select() if auto else selector.first_step(), Stability()
     searched = models.work.simulations
@@ -110,8 +111,8 @@ def select(
             framed = command_frames(models, last, data.runs, data.levels.floor_deg)
             if framed is not None:
                 return select(data, criterion, prior, auto=auto, progress=progress, framed=framed)
-        if not latencies and not criterion.explained(last.score):
-            latencies = latencies_left(models, last, _names(data))
+        if not any(models.split.late_s) and not criterion.explained(last.score):
+            timing = (*timing, *latencies_left(models, last, _names(data)))
     return Outcome(
         models=models,
         criterion=criterion,
@@ -119,7 +120,7 @@ def select(
         stability=stable,
         auto=auto,
         simulations=searched,
-        latencies=latencies,
+        timing=timing,
     )
 
 

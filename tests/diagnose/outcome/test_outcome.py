@@ -67,7 +67,7 @@ def outcome(
         stability=stability or Stability(),
         auto=True,
         simulations=1,
-        latencies=(),
+        timing=(),
     )
 
 
@@ -143,7 +143,7 @@ def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
                 in_frames=lambda frames: placed(late_s, frames),
             )
 
-        return placed(None, None)
+        return placed((0.0, 0.0), None)
 
     monkeypatch.setattr(_outcome, "ModelSelection", Models)
     monkeypatch.setattr(_outcome, "Split", SimpleNamespace(of=of))
@@ -186,7 +186,8 @@ def test_another_third_is_held_out_where_the_fit_does_not_see_what_is_missing(
     found, notes, framed = _outcome._models(given, CRITERION, PriorKnowledge(), None)
     assert models["choices"] == ([0, 1] if again else [0])
     assert found.split.choice == (1 if again else 0)
-    assert notes == () and framed is None
+    assert notes == ()
+    assert framed is None
     if again:
         assert found.split.late_s == (0.0, 0.0)
 
@@ -222,11 +223,12 @@ def test_frames_beside_the_last_model_alone_are_taken_and_all_is_done_again(
     monkeypatch.setattr(_outcome, "StepwiseSelector", selector)
     monkeypatch.setattr(_outcome, "firm", lambda *_: (Selected(steps, ()), Stability()))
     monkeypatch.setattr(_outcome, "special_case", lambda *_: None)
+    monkeypatch.setattr(_outcome, "latencies_left", lambda *_: ())
     found = _outcome.select(
         data(), CRITERION, PriorKnowledge(), auto=True, progress=lambda *_: None
     )
     assert splits == [None, ("own", None)]
-    assert found.latencies == ("framed",)
+    assert found.timing == ("framed",)
 
 
 @pytest.mark.parametrize(
@@ -267,7 +269,7 @@ def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
     monkeypatch.setattr(_outcome, "latencies_left", left)
     if late:
         models["late"] = SimpleNamespace(
-            late_s=np.zeros(2), sentences=lambda names, remedy: ("taken out",)
+            late_s=np.array([0.0, 0.012]), sentences=lambda names, remedy: ("taken out",)
         )
     shown: list[tuple[str, int, int | None]] = []
     found = _outcome.select(
@@ -280,7 +282,7 @@ def test_a_selection_that_added_effects_is_checked_on_parts_of_the_data(
     assert found.selected.steps == (steps if auto else ranked)
     assert found.stability.resamples == (3 if auto else 0)
     assert found.simulations == 7
-    assert found.latencies == expected
+    assert found.timing == expected
     assert shown == ([("leaving out parts of the data", 0, 1)] if auto else [])
 
 
