@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from types import FrameType
+from types import FrameType, TracebackType
 
 GRACE_S = 1.2
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
@@ -37,6 +37,7 @@ def install() -> None:
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     threading.Thread(target=_watch, args=(reading,), daemon=True).start()
     sys.unraisablehook = _unraisable
+    sys.excepthook = _uncaught
     for number in CODES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -84,6 +85,13 @@ def _unraisable(what: sys.UnraisableHookArgs) -> None:
     """Say nothing of what objects that an interruption left half made do when they are deleted."""
     if not _received:
         sys.__unraisablehook__(what)
+
+
+def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Say nothing of an interruption that native code has caught and prints: a command that was
+    killed 0.2 s after its start showed a traceback."""
+    if not issubclass(kind, Interrupted):
+        sys.__excepthook__(kind, error, trace)
 
 
 def _watch(reading: int) -> None:

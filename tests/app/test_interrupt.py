@@ -43,6 +43,11 @@ class Half:
         del self.handle
 Half()
 """
+PRINTING = """
+import ctypes
+ctypes.pythonapi.PyRun_SimpleString(b"import time; time.sleep(60)")
+time.sleep(60)
+"""
 PLAIN = "time.sleep(60)"
 
 
@@ -80,7 +85,7 @@ def interrupted(body: str, number: signal.Signals, folder: Path) -> tuple[int, s
     return process.returncode, said
 
 
-@pytest.mark.parametrize("body", [SWALLOWING, CONVERTING, DELETING, HALF_MADE, PLAIN])
+@pytest.mark.parametrize("body", [SWALLOWING, CONVERTING, DELETING, HALF_MADE, PRINTING, PLAIN])
 def test_an_interruption_ends_the_process_whatever_it_is_at(body: str, tmp_path: Path) -> None:
     code, said = interrupted(body, signal.SIGINT, tmp_path)
     assert (code, said) == (130, "servosight: interrupted\n")
