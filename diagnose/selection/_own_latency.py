@@ -8,14 +8,12 @@ import numpy as np
 
 from servosight.diagnose.residuals import VALIDATION
 from servosight.diagnose.selection.trials import ModelSelection, Trial
-from servosight.identify.fit import OwnLatencies, Solution, clear_latencies, polish
+from servosight.identify.fit import DEAD_TIME, OwnLatencies, Solution, clear_latencies, polish
 from servosight.identify.problem import Problem, own_start
 
 WORTH = 0.25
 """A latency is taken out before anything is fitted where the error falls by this share. Where much
 else is missing, a latency stands in for some of it: in five of 16 of BAM's servos for 5 to 9 %."""
-DEAD_TIME = "dead_time"
-"""What all recordings share of their latencies."""
 REMEDY = (
     "it is diagnosed with its angles earlier by as much: give latency_s = {late_s} in its "
     "recording.toml if that holds for it always"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Uses
-from servosight.identify.fit import CommandFrames
+from servosight.identify.fit import CommandFrames, in_frames
 from servosight.models.core import Mask, Recording
 
 BLOCK_S = 1.0
@@ -88,8 +88,8 @@ class Split:
         count = len(self.recordings)
         return replace(
             self,
-            recordings=_framed(self.recordings, frames[:count]),
-            carried=_framed(self.carried, frames[count:]),
+            recordings=in_frames(self.recordings, frames[:count]),
+            carried=in_frames(self.carried, frames[count:]),
             frames=tuple(frames),
         )
 
@@ -107,13 +107,6 @@ class Split:
     def untested(self) -> tuple[Mask, ...]:
         """For each fitted recording, the samples that are not for the test."""
         return tuple(np.asarray(use != TEST) for use in self.uses)
-
-
-def _framed(
-    recordings: Sequence[Recording], frames: Sequence[CommandFrames | None]
-) -> tuple[Recording, ...]:
-    pairs = zip(recordings, frames, strict=True)
-    return tuple(one if found is None else found.of(one) for one, found in pairs)
 
 
 def _earlier(recordings: Sequence[Recording], late_s: Sequence[float]) -> tuple[Recording, ...]:

@@ -34,6 +34,14 @@ class CommandFrames:
         return recording.in_frames(self.period_s, self.at_s)
 
 
+def in_frames(
+    recordings: Sequence[Recording], frames: Sequence[CommandFrames | None]
+) -> tuple[Recording, ...]:
+    """The recordings with commands that act once a frame, where they have frames."""
+    pairs = zip(recordings, frames, strict=True)
+    return tuple(one if own is None else own.of(one) for one, own in pairs)
+
+
 Found = tuple[float, float, CommandFrames]
 """The share of the squared error that frames take, how many times what they change that would be,
 and the frames."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.fit._effects import fit_effects
-from servosight.identify.fit._frame_scene import CommandFrames, FrameScene
+from servosight.identify.fit._frame_scene import CommandFrames, FrameScene, in_frames
 from servosight.identify.fit._solution import Solution, polish
 
 _USUAL_S = (
@@ -32,6 +32,7 @@ _MISSES = 2.0  # floors: a smaller error is good enough
 GAIN = 0.6
 """The error must fall by this share, with all parameters fitted again, before frames are said."""
 DEAD_TIME = "dead_time"
+"""What all recordings share of their delays."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +82,7 @@ def clear_frames(fit: Solution, floor_deg: float) -> FramedFit | None:
     found = _common_frames(late)
     if not any(found):
         return None
-    recordings = tuple(
-        one if frames is None else frames.of(one)
-        for one, frames in zip(late.problem.recordings, found, strict=True)
-    )
+    recordings = in_frames(late.problem.recordings, found)
     framed = polish(replace(late.problem, recordings=recordings), [late.outcome.point])
     if framed.rmse_deg > (1.0 - GAIN) * late.rmse_deg:
         return None
