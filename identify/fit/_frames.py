@@ -103,11 +103,15 @@ def _common_frames(fit: Solution) -> tuple[CommandFrames | None, ...]:
     """The frames of each recording, of the length with which all are fitted best, where they are
     clear: to first order several may take nearly as much."""
     recordings = fit.problem.recordings
-    moving = [r for r, one in enumerate(recordings) if np.ptp(one.command_deg) > 0.0]
-    row_s = max(
-        (float(np.median(np.diff(recordings[r].command_time_s))) for r in moving), default=1.0
-    )
-    usual = [one for one in _USUAL_S if one > _ROWS * row_s]
+    rows_s = {
+        r: float(np.median(np.diff(one.command_time_s)))
+        for r, one in enumerate(recordings)
+        if np.ptp(one.command_deg) > 0.0
+    }
+    # Commands with coarser rows keep them, as those of which the frames are known.
+    fine_s = _ROWS * min(rows_s.values(), default=np.inf)
+    moving = [r for r, row_s in rows_s.items() if row_s < fine_s]
+    usual = [one for one in _USUAL_S if one > _ROWS * max((rows_s[r] for r in moving), default=1.0)]
     if not usual:
         return (None,) * len(recordings)
     wholes = {r: FrameScene.of(fit, r) for r in moving}

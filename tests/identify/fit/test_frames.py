@@ -63,6 +63,17 @@ def test_frames_are_found_from_a_fit_without_them(pulses: Recording) -> None:
     assert found.rmse_deg < 0.06 < 0.5 * found.unframed_rmse_deg
 
 
+def test_frames_are_found_beside_a_recording_of_which_they_are_known(pulses: Recording) -> None:
+    """Its rows are a frame apart, and it has no others that could be found."""
+    known = replace(log(seed=4), name="known").in_frames(FRAME_S, 0.0)
+    problem = Problem.of([known, pulses], catalogue(), ())
+    found = clear_frames(polish(problem, [linear_start(problem)]), 0.03)
+    assert found is not None
+    assert found.frames[0] is None
+    assert found.frames[1] is not None
+    assert found.frames[1].period_s == pytest.approx(FRAME_S, rel=0.25 * FRAME_S / 8.0)
+
+
 def test_what_is_said_is_read_from_recording_toml(pulses: Recording, tmp_path: Path) -> None:
     save_recording(pulses, tmp_path / "rec")
     (note,) = (one for one in identify(pulses).warnings if "acts once every" in one)
