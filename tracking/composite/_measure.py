@@ -26,7 +26,7 @@ from servosight.tracking.composite.model import (
 from servosight.tracking.composite.oblique import SampledPart
 from servosight.tracking.composite.parts import TurningPart
 from servosight.tracking.composite.search import FoundPart
-from servosight.tracking.core import known_median
+from servosight.tracking.core import known_median, turned
 from servosight.tracking.verification import PolarView, small
 from servosight.tracking.video import Frame
 
@@ -34,6 +34,7 @@ _ROUNDS, _ENOUGH_PX = 7, 0.05
 _AS_MANY = 0.95  # of the pictures in which the part was found about another pivot
 _AS_GOOD = 0.8
 _HOLE = 0.02
+_SOME = 24
 _BESIDE_PX = (-12.0, -6.0, 6.0, 12.0)  # at the part's farthest cell
 
 
@@ -95,7 +96,7 @@ class PartMeter:
         model, view, shape, fit = kept[-1]
         angles, good, doubt_px = fit.angle_rad, fit.good, fit.doubt_px
         swept = np.zeros(stabilised.content.shape, np.uint8)
-        some = angles[good][:: max(1, int(good.sum()) // 24)].tolist()
+        some = angles[good][:: max(1, int(good.sum()) // _SOME)].tolist()
         for cover in covers_in(view, shape > 0.5, some, swept.shape):
             swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & stabilised.content
@@ -122,17 +123,41 @@ class PartMeter:
         """In the pixels of the stabilised sample (2,)."""
         return np.array(self.model.pivot_px)
 
+    @property
+    def visible(self) -> bool:
+        """Whether the part is in the picture at an angle of the sampled pictures."""
+        return any(cover.any() for cover in self._covers(self._some_known()))
+
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
-        return contour(self._cover(angle_rad))
+        cover, left_rad = self._in_view(angle_rad)
+        return turned(contour(cover), self.model.pivot_px, left_rad)
 
     def pieces(self, angle_rad: float) -> list[Array]:
         """The contours (points, 2) of the part's pieces at an angle, and of the holes in them: the
         background is seen between the arms of a cross, and between the spokes of a wheel."""
-        return contours(self._cover(angle_rad), cv2.RETR_CCOMP, _HOLE)
+        cover, left_rad = self._in_view(angle_rad)
+        lines = contours(cover, cv2.RETR_CCOMP, _HOLE)
+        return [turned(line, self.model.pivot_px, left_rad) for line in lines]
 
-    def _cover(self, angle_rad: float) -> Mask:
-        return cover_in(self.view, self.shape > 0.5, angle_rad, self.stabilised.content.shape)
+    def _in_view(self, angle_rad: float) -> tuple[Mask, float]:
+        """The part at an angle, and no turn [rad] that is left to it; or, where it is out of the
+        picture there, at the known angle at which most of it is in, and the turn from there."""
+        cover = next(self._covers([angle_rad]))
+        if cover.any():
+            return cover, 0.0
+        known = self._some_known()
+        best, cover = max(
+            zip(known, self._covers(known), strict=True), key=lambda one: int(one[1].sum())
+        )
+        return cover, angle_rad - best
+
+    def _some_known(self) -> list[float]:
+        known = self.known_rad[np.isfinite(self.known_rad)]
+        return [float(one) for one in known[:: max(1, known.size // _SOME)]]
+
+    def _covers(self, angles_rad: Iterable[float]) -> Iterator[Mask]:
+        return covers_in(self.view, self.shape > 0.5, angles_rad, self.stabilised.content.shape)
 
     @property
     def radius_px(self) -> float:
@@ -151,7 +176,7 @@ class PartMeter:
     def sampled(self, shape: tuple[int, ...]) -> SampledPart:
         """What the plane of motion is found from, of a video with pictures of a ``shape`` (height,
         width)."""
-        still = self._cover(0.0).astype(np.float32)
+        still = next(self._covers([0.0])).astype(np.float32)
         reach = self.view.rows * self.view.step_px
         stabilised, grain = self.stabilised, self.model.grain
         return SampledPart(

@@ -16,6 +16,7 @@ from servosight.tracking.composite import (
     PoseFit,
     find_exposure,
     sides_apart_rad,
+    swept_deg,
 )
 from servosight.tracking.core import (
     PICTURE,
@@ -159,21 +160,35 @@ def _sigmas(meter: PartMeter, fits: Sequence[PoseFit | None], sides_rad: float) 
     # are not seen in its residuals, and up to five times as large as these say.
     angle = np.unwrap([fit.angle_rad for fit in fits if fit is not None])
     least_rad = 0.0 if meter.model.grain == 1 else even_scatter(angle)
-    sigma = np.array([_sigma(fit, meter, least_rad) if fit is not None else np.nan for fit in fits])
+    off_px = shift_px(meter.doubt_px, np.deg2rad(swept_deg(np.rad2deg(angle))))
+    sigma = np.array(
+        [_sigma(fit, meter, least_rad, off_px) if fit is not None else np.nan for fit in fits]
+    )
     sigma = np.hypot(sigma, np.hypot(sides_rad, meter.cover_rad))
     sigma *= excess_noise([fit.noise if fit is not None else np.nan for fit in fits])
     left = [unexplained_rad(fit) if fit is not None else np.nan for fit in fits]
     return np.asarray(np.hypot(sigma, left))
 
 
-def _sigma(fit: PoseFit, meter: PartMeter, least_rad: float) -> float:
-    """Sigma of an angle [rad]: of its residuals, at least ``least_rad``, and of what the camera's
-    motion leaves."""
+def _sigma(fit: PoseFit, meter: PartMeter, least_rad: float, off_px: float) -> float:
+    """Sigma of an angle [rad]: of its residuals, at least ``least_rad``, of what the camera's
+    motion leaves, and of a pivot that shifts the part by ``off_px``."""
     share = max(fit.kept, 0.2)
-    across_px = meter.doubt_px / np.sqrt(2.0)  # one of two directions turns the part
     aligned = _ALIGNMENT_PX / (_ARM * meter.radius_px)
-    parts = (max(fit.sigma_rad, least_rad), aligned, _PIVOT_SIGMAS * across_px * fit.per_px_rad)
+    parts = (max(fit.sigma_rad, least_rad), aligned, _PIVOT_SIGMAS * off_px * fit.per_px_rad)
     return float(np.linalg.norm(parts) / share)
+
+
+def shift_px(doubt_px: float, moved_rad: float) -> float:
+    """Sigma [px] of the part's shift across itself by a pivot that is off, between the angles of a
+    motion by ``moved_rad``: a pivot off by d shifts it by ``(1 - R) d``, and one of two directions
+    turns it.
+
+    >>> [round(shift_px(1.0, np.deg2rad(moved)), 2) for moved in (10.0, 60.0, 240.0)]
+    [0.12, 0.71, 0.71]
+    """
+    turns = min(2.0 * np.sin(0.5 * min(moved_rad, np.pi)), 1.0)
+    return float(turns * doubt_px / np.sqrt(2.0))
 
 
 def excess_noise(noise: Sequence[float]) -> Array:

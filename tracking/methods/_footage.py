@@ -162,7 +162,7 @@ class Footage:
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> Track:
         """The part's track; ``TrackRefused`` where the frames do not confirm it."""
         settled, meter = settled_part(self.stabilised, part, self.hint)
-        if not meter.shape.any():  # what is left about the pivot that it leads to is no part
+        if not meter.visible:  # what is left about the pivot that it leads to is no part
             raise self.nothing([])
         share = max(part.explained_there, settled.explained_there)
         if share < self.least_explained:
@@ -230,7 +230,8 @@ class Footage:
         coloured = not self.stabilised.channel.luma
         if why is None and coloured and not clear_of(part, self.stabilised):
             why, by_sigma = "enters the picture, and its colour alone shows that it turns", False
-        rough = by_sigma and rough_enough(seen_deg, sigma_deg) and clear_of(part, self.stabilised)
+        rough = by_sigma and rough_enough(seen_deg, sigma_deg, meter.doubt_px)
+        rough = rough and clear_of(part, self.stabilised)
         stamps_s = self.stamps_s[: len(fits)]
         leap = leap_deg(stamps_s, np.where(track.found, track.angle_deg, np.nan))
         if leap > 0.0:

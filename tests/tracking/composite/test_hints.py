@@ -161,7 +161,7 @@ def test_a_place_that_leads_to_no_part_is_refused(
     options = TrackOptions(pivot=(105.0, 100.0), tip=(40.0, 20.0))
     footage = Footage.of(open_film(video, options), options)
     (part, *_) = find_parts(footage.stabilised.pictures)
-    nothing = SimpleNamespace(shape=np.zeros((5, 8), np.float32))
+    nothing = SimpleNamespace(visible=False)
     monkeypatch.setattr(_footage, "settled_part", lambda *given: (part, nothing))
     with pytest.raises(TrackRefused, match="about the pivot 105,100 is found") as refused:
         footage.measured(part, None)

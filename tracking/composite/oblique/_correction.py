@@ -222,8 +222,9 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     shown = _smaller_by(rounds[0], best) > least and _gain(rounds[0], best) > _SURE
     found = shown and share < _KNOWN
     if not found:
-        # What is shown, but not how far it goes, may go as far again.
-        changed = float(np.hypot(_spread(change), sigma)) if shown else _spread(change)
+        # What is shown, but not how far it goes, may go as far again, or as usual tilts do.
+        further = min(sigma, rounds[0].estimate.usual_rad) if shown else 0.0
+        changed = float(np.hypot(_spread(change), further))
         doubt = max(rounds[0].estimate.doubt_rad, changed)
         doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
         return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, np.nan, part.pivot_px)

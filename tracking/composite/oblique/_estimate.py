@@ -33,7 +33,7 @@ class TiltEstimate:
     the shape as poses tell it, and by how much they contradict it, as far as that is more than
     chance. ``doubt`` (4, 4) is the mean square of what the shape may be as far as they can be
     believed: not where no tilt explains them, since a shadow then changes them, nor those of a part
-    that rests at few angles.
+    that rests at few angles. ``usual`` (4, 4) is that of the tilts to expect, whatever poses tell.
     """
 
     shape_px: Array
@@ -42,6 +42,7 @@ class TiltEstimate:
     by_shape: Array
     covariance: Array
     doubt: Array
+    usual: Array
 
     @property
     def sigma_rad(self) -> float:
@@ -52,6 +53,11 @@ class TiltEstimate:
     def doubt_rad(self) -> float:
         """The rms of what a tilt may do to angles that are not corrected for it."""
         return changed_rad(self.by_shape, self.doubt)
+
+    @property
+    def usual_rad(self) -> float:
+        """The rms of what tilts to expect do to angles that are not corrected for them."""
+        return changed_rad(self.by_shape, self.usual)
 
 
 @dataclass(frozen=True)
@@ -93,6 +99,7 @@ def estimated_tilt(
         mean, float(weight @ expected.tilt_rad), pivot, by_shape - by_shape.mean(0),
         _square(expected.shape_px - mean, weight) + contradicted,
         _square(expected.shape_px, doubted),
+        _square(expected.shape_px, _weighed(expected.weight, 0.0 * more)),
     )  # fmt: skip
 
 

@@ -1,0 +1,58 @@
+"""A part that is learnt: its lines where it is out of the picture, and sigma by its pivot."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from servosight.models.core import Array
+from servosight.tracking.composite import PartMeter, StabilisedSample, find_parts, settled_part
+from servosight.tracking.core import turned
+from servosight.tracking.methods._composite_track import shift_px
+from servosight.tracking.verification import FrameSample
+from servosight.tracking.video import Frame
+
+FRAMES, RATE_HZ, SIZE = 60, 30.0, (240, 180)
+PIVOT = (118.0, 92.0)
+BAR = np.array([[-6.0, -4.0], [84.0, -4.0], [84.0, 4.0], [-6.0, 4.0]])
+
+
+def meter_of(angle_deg: Array, pivot: tuple[float, float] = PIVOT) -> PartMeter:
+    """The bar on a bench, seen by a camera that rests, at angles (frames,)."""
+    rng = np.random.default_rng(5)
+    bench = 110.0 + 100.0 * cv2.GaussianBlur(rng.standard_normal(SIZE[::-1]), (0, 0), 2)
+    sample = FrameSample(lambda image: image)
+    for number, angle in enumerate(angle_deg.tolist()):
+        picture = bench.astype(np.float32)
+        corners = np.round(16 * turned(BAR + pivot, pivot, float(np.deg2rad(angle))))
+        cv2.fillPoly(picture, [corners.astype(np.int32)], 230.0, cv2.LINE_AA, 4)
+        seen = cv2.GaussianBlur(picture, (0, 0), 0.7) + rng.standard_normal(picture.shape)
+        image = np.clip(np.round(seen), 0, 255).astype(np.uint8)
+        sample.add(Frame(number, number / RATE_HZ, image))
+    held = StabilisedSample.of(sample)
+    return settled_part(held, find_parts(held.pictures, None, held.content)[0], None)[1]
+
+
+@pytest.fixture(scope="module")
+def beside() -> PartMeter:
+    """The bar about a pivot beside the picture."""
+    return meter_of(20.0 * np.sin(np.arange(FRAMES) / 6.0), (-14.0, 92.0))
+
+
+def test_lines_of_a_part_out_of_the_picture_are_those_of_the_part_in_it(beside: PartMeter) -> None:
+    """Turned half around, the bar of 98 px by 8 px lies left of the picture."""
+    assert beside.visible
+    there = beside.outline(0.0)
+    away = beside.outline(np.pi)
+    assert away[:, 0].max() < 0.0
+    assert np.ptp(away, axis=0) == pytest.approx(np.ptp(there, axis=0), abs=4.0)
+    assert [len(one) for one in beside.pieces(np.pi)]
+
+
+def test_a_pivot_that_is_off_shifts_a_part_that_swings_a_little_by_little() -> None:
+    """Truth: bars drawn about a pivot, and the shift ``(1 - R) d`` between the ends of a swing."""
+    for moved_deg in (2.0, 15.0, 40.0):
+        ends = np.deg2rad([0.0, moved_deg])
+        there, back = (turned(np.zeros((1, 2)), (0.0, 1.0), float(end)) for end in ends)
+        assert shift_px(np.sqrt(2.0), float(ends[1])) == pytest.approx(np.hypot(*(there - back)[0]))
