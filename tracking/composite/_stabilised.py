@@ -69,15 +69,27 @@ class StabilisedSample:
     @property
     def near(self) -> tuple[int, int]:
         """The first and the last frame about its rest in which the camera is not far from there."""
-        size = np.array(self.content.shape[1::-1], np.float64)
-        places = np.stack([0.5 * size, np.zeros(2)])  # the corner as well: a camera may turn
-        moved = places @ self.onto[:, :, :2].transpose(0, 2, 1) + self.onto[:, None, :, 2] - places
-        far = np.abs(moved).max((1, 2)) > _NEAR_SHARE * size.max()
+        # A piece of the pictures may lose sight of its part, and says so frame by frame.
+        far = self._moved_px > _NEAR_SHARE * max(self.content.shape) / self.rows_share
         low, high = np.searchsorted(self.every, self.index[[0, -1]])
         before, after = np.flatnonzero(far[:low]), np.flatnonzero(far[high:])
         first = before[-1] + 1 if before.size else 0
         last = high + after[0] - 1 if after.size else len(far) - 1
         return int(self.every[first]), int(self.every[last])
+
+    @property
+    def sway_px(self) -> float:
+        """The largest shift [px of the video] of the camera in the frames near its rest."""
+        first, last = np.searchsorted(self.every, self.near)
+        return float(self._moved_px[first : last + 1].max() / self.scale)
+
+    @property
+    def _moved_px(self) -> Array:
+        """The largest shift of each sampled frame from the reference (all,)."""
+        size = np.array(self.content.shape[1::-1], np.float64)
+        places = np.stack([0.5 * size, np.zeros(2)])  # the corner as well: a camera may turn
+        moved = places @ self.onto[:, :, :2].transpose(0, 2, 1) + self.onto[:, None, :, 2] - places
+        return np.asarray(np.abs(moved).max((1, 2)))
 
     def rests(self, index: int) -> bool:
         """Whether the camera rests in the frame of that number."""

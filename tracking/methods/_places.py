@@ -69,7 +69,8 @@ def _windows(footage: Footage) -> list[Window]:
         middle = np.array([columns[[0, -1]].mean(), rows[[0, -1]].mean()])
         size_px = max(np.ptp(columns), np.ptp(rows)) / stabilised.scale
         x, y = stabilised.in_video(middle)
-        windows.append(Window.around((float(x), float(y)), round(_AROUND * size_px), shape))
+        side_px = _AROUND * size_px + 2.0 * stabilised.sway_px  # the camera moves the part in it
+        windows.append(Window.around((float(x), float(y)), round(side_px), shape))
     whole = shape[0] * shape[1]
     return [one for one in windows if 2 * one.width * one.height < whole]
 

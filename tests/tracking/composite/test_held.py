@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -54,6 +56,17 @@ def test_what_is_not_always_seen_does_not_change_with_the_light(held: Stabilised
     assert np.array_equal(beyond, np.broadcast_to(beyond[0], beyond.shape))
     level = held.pictures[:, held.content].mean(1)
     assert np.ptp(level) < 0.02 * level.mean()
+
+
+def test_the_camera_is_as_near_its_rest_in_a_piece_of_the_pictures(held: StabilisedSample) -> None:
+    """It drifts by 3 px a frame from frame 10 on, which is too far after a tenth of 240 px, 8
+    frames; in a piece with a quarter of the rows, after 32 frames."""
+    onto = np.tile(np.eye(2, 3), (FRAMES, 1, 1))
+    onto[:, 0, 2] = 3.0 * np.maximum(np.arange(FRAMES) - 10, 0)
+    drifts = replace(held, index=held.index[:11], onto=onto)
+    assert drifts.near == (0, 18)
+    assert drifts.sway_px == pytest.approx(24.0)
+    assert replace(drifts, rows_share=0.25).near == (0, FRAMES - 1)
 
 
 def test_a_start_that_is_farther_off_than_a_fit_reaches_is_made_up_for(
