@@ -30,7 +30,8 @@ _LIKE = 0.005  # of the residuals: by so much the best value may leave more
 # 17 composed clips of moderate speed.
 _WIDTH_PX2 = 0.15
 # A blur as of nearly a whole frame time, where that is below some pixels, has such a cause: in
-# three clips that were exposed for 0.15 to 0.4 of it.
+# three clips that were exposed for 0.15 to 0.4 of it. So has such a shear, in one that was read in
+# 0.19 of it.
 _WHOLE, _SLOW_PX = 0.94, 6.0
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
@@ -92,6 +93,8 @@ def found_shutters(
     rolls = found.shutter.readout_s / frame_s
     scatter = _TIMES * found.readout_doubt_s / frame_s
     doubt = _norm(scatter, _READOUT_AT_LEAST, alike * found.readout_like)
+    if abs(rolls) >= _WHOLE and pace_px < _SLOW_PX:
+        rolls, doubt = 0.0, np.inf
     likely = LikelyReadout.of(rolls, doubt)
     if by_rows and likely.rolls >= _SURE:
         upwards = " from the last row up" if rolls < 0.0 else ""

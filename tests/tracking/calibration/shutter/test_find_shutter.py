@@ -160,6 +160,9 @@ def test_a_readout_of_nearly_a_whole_frame_time_is_found(share: float) -> None:
         rolls = (shutter.readout_s / frame_s - share) / 0.2
         return noise + opens**2 + 0.3 * (1.0 - np.exp(-(rolls**2)))
 
-    found = found_shutters(left, left, frame_s, 100.0)
+    found, slow = (found_shutters(left, left, frame_s, pace_px) for pace_px in (100.0, 3.0))
     assert found.readout_s == pytest.approx(share * frame_s, abs=0.7e-3)
     assert found.readout_doubt_s < 0.1 * frame_s
+    # Of a part that moves by 3 px from frame to frame it has another cause.
+    assert slow.readout_s == 0.0
+    assert slow.readout_doubt_s > 0.4 * frame_s
