@@ -35,7 +35,7 @@ def measured_in_places(
     """
     options, stabilised = footage.options, footage.stabilised
     alone = options.beside is None and options.pick == 1 and stabilised.channel.luma
-    if options.pointed or not alone or footage.window is not None or refused.measured:
+    if options.pointed or not alone or footage.window is not None or refused.rough is not None:
         raise refused
     for window in _windows(footage):
         try:
