@@ -88,10 +88,10 @@ def test_places_are_looked_at_where_the_whole_pictures_are_refused(
     [
         ({"pivot": (1.0, 2.0)}, REFUSED),
         ({"pick": 2}, REFUSED),
-        ({}, TrackRefused("uncertain", PICTURE, measured=True)),
+        ({}, TrackRefused("uncertain", PICTURE, measured=True, rough=cast(Track, "rough"))),
     ],
 )
-def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_was_measured(
+def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_has_an_angle(
     changed: dict[str, Any], refused: TrackRefused
 ) -> None:
     stabilised = SimpleNamespace(channel=SimpleNamespace(luma=True))
