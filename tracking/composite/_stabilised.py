@@ -108,11 +108,11 @@ class StabilisedSample:
         return np.array([roll_of(motion) for motion in self.onto[rows]])
 
     @classmethod
-    def of(cls, sample: FrameSample) -> StabilisedSample:
-        """From frames sampled as they are in the file."""
+    def of(cls, sample: FrameSample, rows_share: float = 1.0) -> StabilisedSample:
+        """From frames sampled as they are in the file, with a share of the video's rows."""
         grey = [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in sample.pictures]
         lit = ~bars(grey)
-        path = CameraPath.of(grey, None if lit.all() else _inside(lit))
+        path = CameraPath.of(grey, None if lit.all() else _inside(lit), rows_share)
         low, high = path.rest
         if path.moves:
             lit &= ~laid_over(sample.pictures[low : high + 1], path.onto[low : high + 1])
@@ -131,6 +131,7 @@ class StabilisedSample:
         return cls(
             stack, index, grey[path.reference], content, path.moves, sample.scale,
             np.array(sample.index), onto, sample.index[path.reference], usual, light,
+            rows_share=rows_share,
         )  # fmt: skip
 
     def in_colour(self, cb: FrameSample, cr: FrameSample) -> StabilisedSample | None:

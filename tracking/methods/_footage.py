@@ -99,7 +99,8 @@ class Footage:
         stamps_s = np.array([time_s for time_s, _ in rows])
         missing = tuple(count for _, count in rows)
         sample = sampled_where_it_moves(sample, lambda: windowed(film.decoded(), window))
-        stabilised = StabilisedSample.of(sample)
+        share = 1.0 if window is None else window.height / film.images[0].shape[0]
+        stabilised = StabilisedSample.of(sample, share)
         if len(stabilised.pictures) < _LEAST_FRAMES:
             raise TrackRefused(
                 f"{film.path}: the camera rests for too short a time; expected half a second at "
@@ -107,8 +108,7 @@ class Footage:
                 refusal_picture(film.images),
             )
         if window is not None:
-            share = window.height / film.images[0].shape[0]
-            stabilised = replace(stabilised, origin_px=(window.x, window.y), rows_share=share)
+            stabilised = replace(stabilised, origin_px=(window.x, window.y))
         hint = hint_of(film, options, stabilised, stamps_s)
         return cls(film, options, sample, stabilised, stamps_s, missing, hint, window)
 

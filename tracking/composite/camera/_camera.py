@@ -20,6 +20,7 @@ _NEARER, _GATE_SIGMAS, _LEAST_GATE_PX = 3, 4.0, 0.1
 _WINDOW = (21, 21)
 _LEVELS = 4
 _REST_SHARE = 0.04  # of the longer side: at rest the camera stays so near its usual place
+_PIECE_SHARE = 0.1  # of that of a piece of the pictures at most, of which the rest is always seen
 _WIDER = 1.3  # times the spread of its features: a background surrounds what moves before it
 _FEWER = 0.15  # of its features
 _STILL = np.eye(2, 3)
@@ -110,10 +111,13 @@ class CameraPath:
     moves: bool
 
     @classmethod
-    def of(cls, pictures: Sequence[Image], content: Mask | None = None) -> CameraPath:
+    def of(
+        cls, pictures: Sequence[Image], content: Mask | None = None, rows_share: float = 1.0
+    ) -> CameraPath:
         """From pictures in the order of time, close enough that neighbours show the same.
 
-        ``content`` (height, width) is where features are looked for; everywhere if None.
+        ``content`` (height, width) is where features are looked for; everywhere if None. They have
+        a share ``rows_share`` of the rows of the video's pictures.
         """
         mask = None if content is None else np.asarray(255 * content, np.uint8)
         count = len(pictures)
@@ -124,7 +128,8 @@ class CameraPath:
         middle = 0.5 * np.array(pictures[0].shape[1::-1], np.float64)
         # The corner as well: a camera whose middle stays may turn.
         place = np.hstack([chain[:, :, :2] @ p + chain[:, :, 2] - p for p in (middle, 0 * middle)])
-        low, high = longest_rest(place, _REST_SHARE * max(pictures[0].shape))
+        reach = min(_REST_SHARE / rows_share, _PIECE_SHARE) * max(pictures[0].shape)
+        low, high = longest_rest(place, reach)
         reference = (low + high) // 2
         onto = np.tile(_STILL, (count, 1, 1))
         home = _inverse(chain[reference])
