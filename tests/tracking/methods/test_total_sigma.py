@@ -34,3 +34,11 @@ def test_noise_and_times_that_are_each_small_are_said_together(
     track, told = doubted(sigma_deg, replace(LATE, exposure_doubt_s=exposure_doubt_s))
     assert (float(np.median(track.sigma_deg)) > 0.25) == said
     assert told == said
+
+
+def test_it_is_said_however_far_the_part_turns() -> None:
+    """0.4 deg of 240 deg: little of the motion, and more than half a degree in a fifth of the
+    frames."""
+    wide = replace(TRACK, angle_deg=6.0 * TRACK.angle_deg, sigma_deg=np.full(60, 0.4))
+    (note,) = with_total_sigma(replace(wide, shutters=None)).notes
+    assert "uncertain by 0.4 deg" in note
