@@ -35,6 +35,7 @@ _AS_MANY = 0.95  # of the pictures in which the part was found about another piv
 _AS_GOOD = 0.8
 _HOLE = 0.02
 _SOME = 24
+_IN_VIEW = 0.5  # of the largest area in which the part is seen
 _BESIDE_PX = (-12.0, -6.0, 6.0, 12.0)  # at the part's farthest cell
 
 
@@ -141,16 +142,16 @@ class PartMeter:
         return [turned(line, self.model.pivot_px, left_rad) for line in lines]
 
     def _in_view(self, angle_rad: float) -> tuple[Mask, float]:
-        """The part at an angle, and no turn [rad] that is left to it; or, where it is out of the
-        picture there, at the known angle at which most of it is in, and the turn from there."""
+        """The part at an angle, and no turn [rad] that is left to it; or, where half of it is not
+        in the picture there, at the known angle at which most of it is, and the turn from there."""
         cover = next(self._covers([angle_rad]))
-        if cover.any():
-            return cover, 0.0
         known = self._some_known()
-        best, cover = max(
+        best, largest = max(
             zip(known, self._covers(known), strict=True), key=lambda one: int(one[1].sum())
         )
-        return cover, angle_rad - best
+        if cover.sum() > _IN_VIEW * largest.sum():
+            return cover, 0.0
+        return largest, angle_rad - best
 
     def _some_known(self) -> list[float]:
         known = self.known_rad[np.isfinite(self.known_rad)]

@@ -47,6 +47,9 @@ def test_lines_of_a_part_out_of_the_picture_are_those_of_the_part_in_it(beside: 
     away = beside.outline(np.pi)
     assert away[:, 0].max() < 0.0
     assert np.ptp(away, axis=0) == pytest.approx(np.ptp(there, axis=0), abs=4.0)
+    # A fifth of that is in the picture there.
+    aside = turned(beside.outline(np.deg2rad(68.0)), (-14.0, 92.0), -np.deg2rad(68.0))
+    assert np.ptp(aside, axis=0) == pytest.approx(np.ptp(there, axis=0), abs=4.0)
     assert [len(one) for one in beside.pieces(np.pi)]
 
 
