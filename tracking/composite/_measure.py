@@ -97,8 +97,7 @@ class PartMeter:
         model, view, shape, fit = kept[-1]
         angles, good, doubt_px = fit.angle_rad, fit.good, fit.doubt_px
         swept = np.zeros(stabilised.content.shape, np.uint8)
-        some = angles[good][:: max(1, int(good.sum()) // _SOME)].tolist()
-        for cover in covers_in(view, shape > 0.5, some, swept.shape):
+        for cover in covers_in(view, shape > 0.5, _some(angles[good]), swept.shape):
             swept |= cover.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & stabilised.content
         features = np.asarray(255 * clear, np.uint8)
@@ -127,7 +126,7 @@ class PartMeter:
     @property
     def visible(self) -> bool:
         """Whether the part is in the picture at an angle of the sampled pictures."""
-        return any(cover.any() for cover in self._covers(self._some_known()))
+        return any(cover.any() for cover in self._covers(_some(self._known)))
 
     def outline(self, angle_rad: float) -> Array:
         """The part's contour at an angle (points, 2)."""
@@ -145,7 +144,7 @@ class PartMeter:
         """The part at an angle, and no turn [rad] that is left to it; or, where half of it is not
         in the picture there, at the known angle at which most of it is, and the turn from there."""
         cover = next(self._covers([angle_rad]))
-        known = self._some_known()
+        known = _some(self._known)
         best, largest = max(
             zip(known, self._covers(known), strict=True), key=lambda one: int(one[1].sum())
         )
@@ -153,9 +152,9 @@ class PartMeter:
             return cover, 0.0
         return largest, angle_rad - best
 
-    def _some_known(self) -> list[float]:
-        known = self.known_rad[np.isfinite(self.known_rad)]
-        return [float(one) for one in known[:: max(1, known.size // _SOME)]]
+    @property
+    def _known(self) -> Array:
+        return self.known_rad[np.isfinite(self.known_rad)]
 
     def _covers(self, angles_rad: Iterable[float]) -> Iterator[Mask]:
         return covers_in(self.view, self.shape > 0.5, angles_rad, self.stabilised.content.shape)
@@ -271,6 +270,11 @@ class PartMeter:
         """The fits from some angles that the picture confirms."""
         tried = (self.model.fit(picture, angle) for angle in starts_rad)
         return [fit for fit in tried if fit is not None and fit.shown]
+
+
+def _some(angle_rad: Array) -> list[float]:
+    """Evenly some of angles (n,): all are not needed to see where a part passes."""
+    return [float(one) for one in angle_rad[:: max(1, angle_rad.size // _SOME)]]
 
 
 def outline_of(found: FoundPart, stabilised: StabilisedSample) -> Array:

@@ -29,7 +29,8 @@ def measured_in_places(
     footage: Footage, refused: TrackRefused, progress: FrameProgress | None
 ) -> Track:
     """The track of the part in the first of the places where most changes whose own pictures
-    confirm one; ``refused`` where none do, or where the user points at a part.
+    confirm one; ``refused`` where none do, where the user points at a part, or where it has an
+    uncertain angle.
 
     A part must explain as much of what changes there as one that is believed.
     """

@@ -85,7 +85,8 @@ def found_shutters(
     """
     found = (best_shutter if by_rows else best_exposure)(left, frame_s, rough)
     share = found.shutter.exposure_s / frame_s
-    if share >= _WHOLE and pace_px < _SLOW_PX:
+    slow = pace_px < _SLOW_PX
+    if slow and share >= _WHOLE:
         return unknown_shutters(frame_s)
     scatter = _TIMES * found.exposure_doubt_s / frame_s
     opens = _norm(scatter, _EXPOSURE_AT_LEAST, found.exposure_like)
@@ -93,7 +94,7 @@ def found_shutters(
     rolls = found.shutter.readout_s / frame_s
     scatter = _TIMES * found.readout_doubt_s / frame_s
     doubt = _norm(scatter, _READOUT_AT_LEAST, alike * found.readout_like)
-    if abs(rolls) >= _WHOLE and pace_px < _SLOW_PX:
+    if slow and abs(rolls) >= _WHOLE:
         rolls, doubt = 0.0, np.inf
     likely = LikelyReadout.of(rolls, doubt)
     if by_rows and likely.rolls >= _SURE:

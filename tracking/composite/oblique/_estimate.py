@@ -99,7 +99,7 @@ def estimated_tilt(
         mean, float(weight @ expected.tilt_rad), pivot, by_shape - by_shape.mean(0),
         _square(expected.shape_px - mean, weight) + contradicted,
         _square(expected.shape_px, doubted),
-        _square(expected.shape_px, _weighed(expected.weight, 0.0 * more)),
+        _square(expected.shape_px, expected.weight),
     )  # fmt: skip
 
 
