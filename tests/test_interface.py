@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import servosight as ss
 from servosight.models.effects import catalogue
@@ -290,3 +291,21 @@ def test_the_script_that_users_start_from(place: Path, project_root: Path) -> No
     assert ss.load("diagnosis.json") == space["why"]
     assert "backlash" in Path("report.html").read_text(encoding="utf-8")
     assert space["sim"].truth["effects"] == ["backlash"]
+
+
+def test_linear_algebra_has_one_thread_while_a_verb_works() -> None:
+    """As on the command line, whose answers a second thread would round otherwise; the threads that
+    there were before come back."""
+
+    def threads() -> set[int]:
+        pools = threadpool_info()
+        return {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
+
+    seen: list[set[int]] = []
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        ss.diagnose(recorded(1.0, 1), auto=False, progress=lambda *_: seen.append(threads()))
+        assert threads() == before
+    assert before == {2}
+    assert seen
+    assert all(one == {1} for one in seen)

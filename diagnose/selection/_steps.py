@@ -56,6 +56,10 @@ class SearchEffort:
         share = self.search_share if share is None else share
         return models.work.cost >= share * self.most(models)
 
+    def varied(self, models: ModelSelection, trial: Trial, enough_deg: float) -> Trial:
+        """``trial``, or a better fit of its effects, from variations as far as the cost goes."""
+        return models.varied(trial, enough_deg, self.most(models))
+
 
 @dataclass(frozen=True)
 class Step:

@@ -57,16 +57,18 @@ def fit_together(
     return fit if far else fit_varied(fit, enough_deg)
 
 
-def fit_varied(fit: Solution, enough_deg: float = 0.0) -> Solution:
+def fit_varied(fit: Solution, enough_deg: float = 0.0, most_cost: float = np.inf) -> Solution:
     """``fit``, or a better one of the same effects: over growing horizons, and from seeded
     variations of all its parameters.
 
     Stick-slip, play and limits leave many minima side by side, and each step to a lower one shows
-    the next. It ends where nothing is gained, or at an rms error of ``enough_deg``.
+    the next. It ends where nothing is gained, at an rms error of ``enough_deg``, or where all
+    simulations, those before it as well, have come to ``most_cost`` (``Work``).
     """
-    fit, in_vain = over_horizons(fit, enough_deg), 0
+    work, in_vain = fit.problem.work, 0
+    fit = over_horizons(fit, enough_deg)
     for seed in range(ROUNDS):
-        if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN:
+        if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN or work.cost >= most_cost:
             break
         varied = _begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0]
         best = over_horizons(varied, enough_deg)

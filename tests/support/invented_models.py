@@ -173,7 +173,7 @@ class InventedModels:
     ) -> InventedTrial:
         return self.fitted((*base.effects, *names), "together", base.held)
 
-    def varied(self, trial: InventedTrial, enough_deg: float) -> InventedTrial:
+    def varied(self, trial: InventedTrial, enough_deg: float, most_cost: float) -> InventedTrial:
         self.fitted(trial.effects, "vary", trial.held)
         found = self.varied_deg.get("".join(trial.effects))
         if found is not None:

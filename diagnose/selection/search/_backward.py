@@ -83,8 +83,9 @@ class BackwardSearch:
     def together(self, base: Trial) -> Trial:
         """``base`` with what the user knows and the first ordinary effects, fitted at once.
 
-        Where they end above the floor, those at the core are fitted alone, and all of them again
-        from there if that is lower. Where they still end far above it, and one that shapes the
+        Where they end above the floor, those at the core are fitted alone, from variations even
+        far above it, as those of few parameters cost little, and all of them again from there if
+        that is lower. Where they still end far above it, and one that shapes the
         command matters, they are fitted with what contains it in its place: with a command of
         another shape all else is fitted wrong.
         """
@@ -101,7 +102,9 @@ class BackwardSearch:
         criterion = self.visited.criterion
         begun = models.together(base, new, criterion.enough_deg)
         if len(new) > policy.core and not criterion.settled(begun.score):
-            models.together(base, new[: policy.core], criterion.enough_deg)
+            core = models.together(base, new[: policy.core], criterion.enough_deg)
+            if not self._is_near(core):
+                self._varied(core, criterion.enough_deg)
             begun = models.no_worse(begun)
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
@@ -111,8 +114,7 @@ class BackwardSearch:
         """``begun``, or lower: ``base`` with ``new`` and a richer effect of the command."""
         models, criterion = self.models, self.visited.criterion
         for name, richer in shapes(self._ordinary, models.catalogue).items():
-            near = begun.score.train_rmse_deg <= _ASTRAY * criterion.floor_deg
-            if near or self.effort.is_spent(models):
+            if self._is_near(begun) or self.effort.is_spent(models):
                 return begun
             if name not in begun.effects or richer not in models.candidates(begun):
                 continue
@@ -124,12 +126,16 @@ class BackwardSearch:
                 begun = other
         return begun
 
+    def _is_near(self, trial: Trial) -> bool:
+        """True where a model's error on the fitted data is not far above the floor."""
+        return trial.score.train_rmse_deg <= _ASTRAY * self.visited.criterion.floor_deg
+
     def _varied(self, trial: Trial, enough_deg: float) -> Trial:
         """``trial`` fitted from variations, as far as simulations are left."""
         if self.effort.is_spent(self.models):
             return trial
         self.progress("varying the model", 0, 1)
-        return self.models.varied(trial, enough_deg)
+        return self.effort.varied(self.models, trial, enough_deg)
 
     def rich(self, base: Trial, names: Sequence[str]) -> Trial:
         """``base`` with those effects of an ordinary servo that the fitted data move.

@@ -51,14 +51,14 @@ class BeamSearch:
         A model that is much dearer than the cheapest is not varied.
         """
         cheapest = self._cheapest()
-        least = self.visited.price(cheapest)
+        least, enough_deg = self.visited.price(cheapest), self.visited.criterion.enough_deg
         for trial in (cheapest, self._larger(cheapest)):
             if trial is None or not trial.effects or self.effort.is_spent(self.models):
                 continue
             if not self.visited.criterion.near(self.visited.price(trial), least):
                 continue
             self.progress("varying the cheapest models", 0, 1)
-            self.models.varied(self.models.finished(trial), self.visited.criterion.enough_deg)
+            self.effort.varied(self.models, self.models.finished(trial), enough_deg)
             if self._is_below(price):
                 return True
         return False

@@ -55,7 +55,7 @@ def _extended(
     models, criterion = visited.models, visited.criterion
     found = list(steps)
     while models.work.cost < most and _wants_more(found[-1].trial, visited):
-        found[-1] = _varied(found[-1], visited)
+        found[-1] = _varied(found[-1], visited, most)
         base = found[-1].trial
         best = min(_larger(base, visited, effort), key=visited.price, default=base)
         cheaper = visited.price(best) < visited.price(base)
@@ -81,9 +81,9 @@ def _is_cheap(visited: Visited, special: Trial, trial: Trial) -> bool:
     return cheap and not criterion.is_dearer(special.score, trial.score)
 
 
-def _varied(step: Step, visited: Visited) -> Step:
+def _varied(step: Step, visited: Visited, most: float) -> Step:
     """The step to its model, or to a better fit of the same effects if these are all accepted."""
-    varied = visited.models.varied(step.trial, visited.criterion.enough_deg)
+    varied = visited.models.varied(step.trial, visited.criterion.enough_deg, most)
     lower = visited.price(varied) < visited.price(step.trial)
     return replace(step, trial=varied) if lower and visited.is_accepted(varied) else step
 

@@ -213,9 +213,12 @@ class ModelSelection:
         way, new = f"together to {enough_deg}", " ".join(names)
         return self.judge(fitted_once(self.fits, way, base, new, fit))
 
-    def varied(self, trial: Trial, enough_deg: float) -> Trial:
-        """``trial``, or a better fit of its effects, from variations of its parameters."""
-        fit = partial(fit_varied, trial.fit, enough_deg)
+    def varied(self, trial: Trial, enough_deg: float, most_cost: float) -> Trial:
+        """``trial``, or a better fit of its effects, from variations of its parameters.
+
+        Once all simulations have come to ``most_cost``, no more of them are begun.
+        """
+        fit = partial(fit_varied, trial.fit, enough_deg, most_cost)
         return self.judge(fitted_once(self.fits, f"varied to {enough_deg}", trial, "", fit))
 
     def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:

@@ -15,7 +15,7 @@ from numba import njit
 
 STEP_SHARE = 0.2  # default step as a share of the time constant T
 _SHORTEST_S = 2e-4
-_LONGEST_S = 5e-3
+_LONGEST_S = 6e-3  # rows of a log at 170 Hz or more then take one step each
 _SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
 _TERMS = 14
 _INVERSE = tuple(1.0 / max(n, 1) for n in range(_TERMS + 3))  # no divisions in the series

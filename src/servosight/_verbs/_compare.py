@@ -13,6 +13,7 @@ from servosight._verbs._given import (
     models_change,
     names_of,
 )
+from servosight._verbs._threads import one_algebra_thread
 from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def compare(
     trust: bool = False,
 ) -> Comparison | ServoChange: ...
 # Long by its keywords, each of which is documented and passed on by name.
+@one_algebra_thread
 def compare(
     model: Model | Sources,
     recordings: Model | Sources,

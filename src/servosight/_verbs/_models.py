@@ -11,6 +11,7 @@ from servosight._verbs._given import (
     catalogue_of,
     names_of,
 )
+from servosight._verbs._threads import one_algebra_thread
 from servosight.models.base import is_fmu, silent
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def identify(
     parameters: Sequence[str] = (),
     trust: bool = False,
 ) -> FmuFit: ...
+@one_algebra_thread
 def identify(
     recordings: Sources,
     effects: Sequence[str] = (),
@@ -137,6 +139,7 @@ def predict(
 
 
 # Long by its keywords, each of which is documented and passed on by name.
+@one_algebra_thread
 def diagnose(
     recordings: Sources,
     *,
@@ -213,6 +216,7 @@ def diagnose(
     return found.remember([*fitted, *validating, *testing], known)
 
 
+@one_algebra_thread
 def add(
     model: Model, effect: str, recordings: Sources, *, plugins: Sequence[Path | str] = ()
 ) -> Fit:

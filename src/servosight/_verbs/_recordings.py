@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from servosight._verbs._given import names_of
+from servosight._verbs._threads import one_algebra_thread
 from servosight.models.base import silent
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from servosight.tracking.core import CameraGeometry, Track
 
 
+@one_algebra_thread
 def read(
     source: Source,
     *,
@@ -75,6 +77,7 @@ def read(
     return found
 
 
+@one_algebra_thread
 def track(
     source: Path | str,
     *,
