@@ -7,13 +7,13 @@ frames of some usual length, at any time, would take of the residual to first or
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from servosight.identify.fit._effects import fit_effects
-from servosight.identify.fit._frame_scene import CommandFrames, FrameScene, in_frames
+from servosight.identify.fit._frame_scene import CommandFrames, Found, FrameScene, in_frames
 from servosight.identify.fit._solution import Solution, polish
 
 _USUAL_S = (
@@ -27,6 +27,7 @@ _TIMED, _TIMES, _ALIKE = 0.25, 33, 1.2  # of a frame to either side; of the leas
 _ROWS = 1.5  # so many rows of the command at least in a frame
 _ALONE = (0.6, 1.6)  # times what the stair would do: more is another effect that looks alike
 _LEAST = 0.3  # of the squared residual
+_MOST_LEFT = 0.7  # of it in the windows: far more than what may remain of the error
 _CLEARER = 1.1  # times the error with the best frames, at least, of those of another length
 _MISSES = 2.0  # floors: a smaller error is good enough
 GAIN = 0.6
@@ -116,11 +117,9 @@ def _common_frames(fit: Solution) -> tuple[CommandFrames | None, ...]:
         return (None,) * len(recordings)
     wholes = {r: FrameScene.of(fit, r) for r in moving}
     windows = {r: one.within(_WINDOW_S) for r, one in wholes.items()}
-    rough = {
-        (r, length): window.best(window.anywhere(length))
-        for r, window in windows.items()
-        for length in usual
-    }
+    rough = _rough(windows, usual)
+    if not rough:
+        return (None,) * len(recordings)
     likely = {
         length
         for r in moving
@@ -143,6 +142,25 @@ def _common_frames(fit: Solution) -> tuple[CommandFrames | None, ...]:
         if share > _LEAST and _ALONE[0] < size < _ALONE[1]:
             found[r] = _timed(fit, r, frames)
     return tuple(found)
+
+
+def _rough(
+    windows: Mapping[int, FrameScene], usual: Sequence[float]
+) -> dict[tuple[int, float], Found]:
+    """The best frames of each usual length in a window of each recording, (recording, length).
+
+    None where the recordings with the largest errors show already that frames leave too much.
+    """
+    squares = {r: float(one.left @ one.left) for r, one in windows.items()}
+    rough: dict[tuple[int, float], Found] = {}
+    left = 0.0
+    for r in sorted(windows, key=lambda r: -squares[r]):
+        own = {(r, one): windows[r].best(windows[r].anywhere(one)) for one in usual}
+        rough |= own
+        left += squares[r] * (1.0 - max(share for share, *_ in own.values()))
+        if left > _MOST_LEFT * sum(squares.values()):
+            return {}
+    return rough
 
 
 def _timed(fit: Solution, r: int, frames: CommandFrames) -> CommandFrames:

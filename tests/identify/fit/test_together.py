@@ -89,6 +89,8 @@ def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: 
     ]
     stuck = polish(problem, [np.clip(start, *problem.bounds)])
     assert stuck.rmse_deg > 2.0 * NOISE_DEG
+    spent = fit_varied(stuck, 1.1 * NOISE_DEG, most_cost=problem.work.cost)
+    assert spent.rmse_deg > 2.0 * NOISE_DEG  # no variation was begun
     found = fit_varied(stuck, 1.1 * NOISE_DEG)
     assert found.rmse_deg <= 1.1 * NOISE_DEG
     assert fit_varied(found, found.rmse_deg) is found

@@ -14,8 +14,9 @@ from servosight.models.core import silent
 ORDINARY = SelectionPolicy(ordinary=("a", "b", "c", "d"), together=2)
 
 
-def backward(models: InventedModels, ordinary: str = "abcd") -> BackwardSearch:
-    criterion = AcceptanceCriterion(0.1, 0.0, replace(ORDINARY, ordinary=tuple(ordinary)))
+def backward(models: InventedModels, ordinary: str = "abcd", core: int = 3) -> BackwardSearch:
+    policy = replace(ORDINARY, ordinary=tuple(ordinary), core=core)
+    criterion = AcceptanceCriterion(0.1, 0.0, policy)
     visited = Visited(models, criterion)  # type: ignore[arg-type]
     return BackwardSearch(models, visited, SearchEffort(), silent)  # type: ignore[arg-type]
 
@@ -87,3 +88,14 @@ def test_no_other_k_is_sought_where_the_ordinary_effects_are_hopeless_with_eithe
     search = backward(models, "ab")
     assert search.search_unloaded() is ended
     assert "free ab" in models.done
+
+
+@pytest.mark.parametrize(("core_deg", "varied"), [(0.9, False), (1.1, True)])
+def test_the_core_alone_is_fitted_from_variations_far_above_the_floor(
+    core_deg: float, varied: bool
+) -> None:
+    """Ten times the floor of 0.1 deg is far; nearer to it, it has been varied with its fit."""
+    models = InventedModels({"": 3.0, "a": core_deg, "ab": core_deg})
+    backward(models, core=1).together(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[:3] == ["first", "together ab", "together a"]
+    assert ("vary a" in models.done) == varied
