@@ -8,11 +8,12 @@ on few samples, the best on more, and the best of these are refined.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import Rod, Track
+from servosight.tracking.core import Rod, Track, threaded
 from servosight.tracking.linkage._between import BetweenParts, Strip
 
 _FRAMES = 16
@@ -58,12 +59,9 @@ def find_rod(
         return None
     for strip, kept in ((_ROUGH, _SURVIVORS), (_CLOSER, _FINALISTS)):
         pieces = np.array_split(pins, -(-len(pins) // _AT_ONCE))
-        scores = [
-            _length_px(scene, some) * _score(scene, some, strip, _GRID_COST, _GRID_SLACK_PX)
-            for some in pieces
-        ]
+        scores = threaded(partial(_rough_score, scene, strip), pieces)
         pins = pins[np.argsort(-np.concatenate(scores), kind="stable")[:kept]]
-    refined = np.array([_refined(scene, one) for one in pins])
+    refined = np.array(threaded(partial(_refined, scene), list(pins)))
     best = int(np.argmax(_length_px(scene, refined) * _score(scene, refined)))
     return _rod(scene, refined[best])
 
@@ -92,13 +90,14 @@ def _stiff_pairs(scene: BetweenParts, horn: Track) -> Array:
         for part, factor in ((0, _LEVER), (1, _HORN))
     )
     places = scene.carried(0, lever)
-    pairs = [np.zeros((0, 4))]
-    for point in arm:
+
+    def stiff(point: Array) -> Array:
         pin = scene.carried(1, point[None])
         apart = np.hypot(*np.moveaxis(places - pin, -1, 0))
         chosen = lever[(apart.std(1) < _MOST_SLACK_PX) & (apart.mean(1) > _SHORTEST_PX)]
-        pairs.append(np.hstack([chosen, np.broadcast_to(point, chosen.shape)]))
-    return np.vstack(pairs)
+        return np.hstack([chosen, np.broadcast_to(point, chosen.shape)])
+
+    return np.vstack([np.zeros((0, 4)), *threaded(stiff, list(arm))])
 
 
 def _disc(radius: float, grid: float) -> Array:
@@ -129,6 +128,11 @@ def _score(
     lines = np.maximum(gain - cost * (whole - gain), 0.0)
     weight = 1.0 - (strip[1] / (strip[1][-1] + 1.0)) ** 2
     return np.asarray(lines @ weight / (1.0 + (_slack_px(*ends) / slack_px) ** 2))
+
+
+def _rough_score(scene: BetweenParts, strip: Strip, pins: Array) -> Array:
+    """What pins (n, 4) explain, on the grid: the longer, the more, (n,)."""
+    return _length_px(scene, pins) * _score(scene, pins, strip, _GRID_COST, _GRID_SLACK_PX)
 
 
 def _refined(scene: BetweenParts, pins: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import known_median, turned
+from servosight.tracking.core import known_median, threaded, turned
 from servosight.tracking.verification._turning import Gains, PolarView
 
 _MARGIN_PX = 3
@@ -62,7 +62,7 @@ class TurningScene:
         behind = known_median(np.where(near > 0, np.float32(np.nan), frames))
         reach = float(np.hypot(*(np.concatenate(outlines_px) - pivot_px).T).max()) + 2.0
         view = PolarView.around(pivot_px, reach)
-        back = [view.of(f, float(a)) for f, a in zip(frames, angle_rad, strict=True)]
+        back = threaded(lambda n: view.of(frames[n], float(angle_rad[n])), range(len(frames)))
         cover = view.of(_filled(outlines_px, shape).astype(np.float32), nearest=True)
         if not np.all(np.isfinite(cover)):  # a part that begins outside the picture
             cover = np.nan_to_num(cover)
