@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask
@@ -21,12 +22,24 @@ _LEAST_NEW = 0.1  # of the information on the angle: less is not enough for a me
 
 def copied_pixels(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask:
     """The pixels (height, width) in blocks of which most are as in the picture before."""
+    copied = np.empty(picture.shape, np.bool_)
+    _mark_copied(picture, before, copied)
+    return copied
+
+
+@njit(cache=True, nogil=True)
+def _mark_copied(picture, before, copied):  # type: ignore[no-untyped-def]
+    """Fill ``copied``; a block cut off by the border is continued by its last row and column."""
     height, width = picture.shape
-    room = ((0, -height % _BLOCK_PX), (0, -width % _BLOCK_PX))
-    same = np.pad(picture == before, room, mode="edge")
-    blocks = same.reshape(same.shape[0] // _BLOCK_PX, _BLOCK_PX, -1, _BLOCK_PX)
-    often = blocks.sum((1, 3), np.uint8) > _SAME * _BLOCK_PX**2
-    return np.asarray(often.repeat(_BLOCK_PX, 0).repeat(_BLOCK_PX, 1)[:height, :width])
+    for top in range(0, height, _BLOCK_PX):
+        for left in range(0, width, _BLOCK_PX):
+            same = 0
+            for y in range(top, top + _BLOCK_PX):
+                row, earlier = picture[min(y, height - 1)], before[min(y, height - 1)]
+                for x in range(left, left + _BLOCK_PX):
+                    same += row[min(x, width - 1)] == earlier[min(x, width - 1)]
+            often = same > _SAME * _BLOCK_PX**2
+            copied[top : top + _BLOCK_PX, left : left + _BLOCK_PX] = often
 
 
 def without_copied(sample: Sample, copied: Mask | None) -> Sample:
