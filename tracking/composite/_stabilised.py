@@ -9,7 +9,12 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.composite.camera import Background, CameraPath, aligned
+from servosight.tracking.composite.camera import (
+    Background,
+    CameraPath,
+    aligned,
+    displacement_px,
+)
 from servosight.tracking.composite.parts import colour_of
 from servosight.tracking.core import LUMA, NEUTRAL, Channel, known_median
 from servosight.tracking.verification import FrameSample
@@ -86,10 +91,7 @@ class StabilisedSample:
     @property
     def _moved_px(self) -> Array:
         """The largest shift of each sampled frame from the reference (all,)."""
-        size = np.array(self.content.shape[1::-1], np.float64)
-        places = np.stack([0.5 * size, np.zeros(2)])  # the corner as well: a camera may turn
-        moved = places @ self.onto[:, :, :2].transpose(0, 2, 1) + self.onto[:, None, :, 2] - places
-        return np.asarray(np.abs(moved).max((1, 2)))
+        return np.asarray(np.abs(displacement_px(self.onto, self.content.shape)).max((1, 2)))
 
     def rests(self, index: int) -> bool:
         """Whether the camera rests in the frame of that number."""

@@ -125,10 +125,9 @@ class CameraPath:
         for number in range(1, count):
             step = motion_between(pictures[number - 1], pictures[number], mask)
             chain[number] = _joined(step if step is not None else _STILL, chain[number - 1])
-        middle = 0.5 * np.array(pictures[0].shape[1::-1], np.float64)
-        # The corner as well: a camera whose middle stays may turn.
-        place = np.hstack([chain[:, :, :2] @ p + chain[:, :, 2] - p for p in (middle, 0 * middle)])
-        reach = min(_REST_SHARE / rows_share, _PIECE_SHARE) * max(pictures[0].shape)
+        shape = pictures[0].shape
+        place = displacement_px(chain, shape).reshape(count, -1)
+        reach = min(_REST_SHARE / rows_share, _PIECE_SHARE) * max(shape)
         low, high = longest_rest(place, reach)
         reference = (low + high) // 2
         onto = np.tile(_STILL, (count, 1, 1))
@@ -137,9 +136,24 @@ class CameraPath:
             onto[number] = _joined(chain[number], home)
             if low <= number <= high:
                 onto[number] = refined(pictures[reference], pictures[number], onto[number], mask)
-        away = onto[low : high + 1, :, :2] @ middle + onto[low : high + 1, :, 2] - middle
+        away = displacement_px(onto[low : high + 1], shape)[:, 0]
         moves = float(np.sqrt((away**2).sum(1).mean())) > 0.15
         return cls((low, high), reference, onto, moves)
+
+
+def displacement_px(motions: Array, shape: tuple[int, ...]) -> Array:
+    """By how much a picture's middle and its corner move by ``motions`` (n, 2, 3): (n, 2, 2) [px].
+
+    The corner as well, since a camera whose middle stays may turn. The picture is of ``shape``
+    (height, width).
+
+    >>> displacement_px(np.array([[[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]]]), (40, 60)).tolist()
+    [[[3.0, -2.0], [3.0, -2.0]]]
+    """
+    middle = 0.5 * np.array(shape[1::-1], np.float64)
+    places = np.stack([middle, np.zeros(2)])
+    moved = places @ motions[:, :, :2].transpose(0, 2, 1) + motions[:, None, :, 2]
+    return np.asarray(moved - places)
 
 
 def aligned(picture: Single, onto: Array, content: Mask | None = None) -> tuple[Single, Mask]:
