@@ -149,7 +149,7 @@ def _rough(
 ) -> dict[tuple[int, float], Found]:
     """The best frames of each usual length in a window of each recording, (recording, length).
 
-    None where the recordings with the largest errors show already that frames leave too much.
+    Empty where the recordings with the largest errors show already that frames leave too much.
     """
     squares = {r: float(one.left @ one.left) for r, one in windows.items()}
     rough: dict[tuple[int, float], Found] = {}
