@@ -16,10 +16,13 @@ from servosight.tracking.video import Frame
 
 _REACH = 2  # neighbours on either side from which speed and acceleration follow
 PAST = 3  # earlier frames from which a frame's angle is extrapolated
-_DOUBT = 1.5  # limit of 1 - correlation, as a factor of the frame before's, and added to it
+# Limits of 1 - correlation and of 1 - kept, as a factor of the frame before's, and added to it
+_DOUBT = 1.5
 _SLACK = 1e-3
+_KEPT_SLACK = 0.05
 _ROWS = 16  # every so many rows are compared first
 _NEAR_RAD = np.deg2rad(15.0)
+_MISSED_RAD = np.deg2rad(3.0)
 # A frame is fitted again where its assumed blur was wrong by this much at the tip. A smaller error
 # is symmetric about the angle and does not change it.
 _BLUR_PX = 1.0
@@ -94,33 +97,58 @@ def _measure(
     shutter: Shutter,
     copies: bool,
 ) -> TrackedFrame:
-    """The first accepted fit from the extrapolated angle, the last, angles near it, or all."""
+    """The first accepted fit from the extrapolated angle, the last, angles near it, or all.
+
+    One that missed the extrapolated angle by much was fitted with another motion than its own: it
+    is fitted again with that.
+    """
     last = before[-1] if before else None
     repeated = last is not None and _same(frame.image, last.frame.image)
     copied = copied_pixels(frame.image, last.frame.image) if copies and last is not None else None
     last_rad = last.angle_rad if last is not None else initial_rad
     step, speed, acceleration = extrapolated(before, frame.time_s)
     moving = Exposure.of(speed, acceleration, shutter)
+
+    def near() -> AngleFit | None:
+        found = stage.search(frame.image, last_rad + 0.5 * step, _NEAR_RAD + 0.5 * abs(step))
+        return stage.fit_near(frame.image, found, moving, copied)
+
     fit = stage.fit_near(frame.image, last_rad + step, moving, copied)
     if fit is None and last is not None:
-        fit = stage.fit_near(frame.image, last_rad, STILL, copied)
-        if fit is None:
-            fit = stage.fit_near(
-                frame.image, stage.search(frame.image, last_rad, _NEAR_RAD), moving, copied
-            )
+        fit = stage.fit_near(frame.image, last_rad, STILL, copied) or near()
     if fit is None:
         moving = STILL
         fit = stage.fit_near(frame.image, stage.search(frame.image, last_rad, np.pi), STILL)
-    elif last is not None and (not _moving(before) or _doubtful(fit, before[-1].fit)):
+    elif last is not None and (not _moving(before) or _doubtful(fit, last.fit)):
         # Where the surface accelerates fast, or no speed is known yet, a fit can find a
         # neighbouring optimum: search near it.
-        found = stage.fit_near(
-            frame.image, stage.search(frame.image, last_rad, _NEAR_RAD), moving, copied
-        )
-        if found is not None and found.correlation > fit.correlation:
-            fit = found
+        fit = _better(fit, near())
     angle = fit.angle_rad if fit is not None else last_rad
-    return TrackedFrame(frame, fit, angle, moving, bool(repeated), copied)
+    seen = TrackedFrame(frame, fit, angle, moving, bool(repeated), copied)
+    if fit is not None and _moving(before) and abs(angle - last_rad - step) > _MISSED_RAD:
+        again = _with_own_motion(stage, seen, before, shutter)
+        return seen if again.fit is None or _better(fit, again.fit) is fit else again
+    return seen
+
+
+def _better(fit: AngleFit, other: AngleFit | None) -> AngleFit:
+    """That one of two fits of a picture which explains more of it: the share of the pixels within
+    the gate, and how well the model correlates with these."""
+    if other is None or fit.kept * fit.correlation >= other.kept * other.correlation:
+        return fit
+    return other
+
+
+def _with_own_motion(
+    stage: AngleEstimator, seen: TrackedFrame, before: list[TrackedFrame], shutter: Shutter
+) -> TrackedFrame:
+    """A frame fitted again with the motion that its angle and those before it show."""
+    known = [np.nan if one.fit is None else one.angle_rad for one in (*before, seen)]
+    time_s = np.array([one.frame.time_s for one in (*before, seen)])
+    moving = Exposure.of(*local_motion(time_s, np.array(known), len(before)), shutter)
+    fit = stage.fit_near(seen.frame.image, seen.angle_rad, moving, seen.copied)
+    angle = seen.angle_rad if fit is None else fit.angle_rad
+    return replace(seen, fit=fit, angle_rad=angle, exposure=moving)
 
 
 def _same(one: Image, other: Image) -> bool:
@@ -133,8 +161,11 @@ def _moving(before: list[TrackedFrame]) -> bool:
 
 
 def _doubtful(fit: AngleFit, before: AngleFit | None) -> bool:
-    """True where a fit correlates much less than the one before it."""
-    return before is None or 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
+    """True where a fit correlates much less than the one before it, or keeps much fewer pixels."""
+    if before is None:
+        return True
+    apart = 1.0 - fit.correlation > _DOUBT * (1.0 - before.correlation) + _SLACK
+    return apart or 1.0 - fit.kept > _DOUBT * (1.0 - before.kept) + _KEPT_SLACK
 
 
 def extrapolated(before: list[TrackedFrame], time_s: float) -> tuple[float, float, float]:
