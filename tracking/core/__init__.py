@@ -37,6 +37,9 @@ from servosight.tracking.core._similarity import most_agree_on as most_agree_on
 from servosight.tracking.core._spline import slopes as slopes
 from servosight.tracking.core._spline import smeared as smeared
 from servosight.tracking.core._spline import weights as weights
+from servosight.tracking.core._straight import edge_normals as edge_normals
+from servosight.tracking.core._straight import most_agree_across as most_agree_across
+from servosight.tracking.core._straight import mostly_straight as mostly_straight
 from servosight.tracking.core._tilt import UNKNOWN as UNKNOWN
 from servosight.tracking.core._tilt import Tilt as Tilt
 from servosight.tracking.core._track import Box as Box

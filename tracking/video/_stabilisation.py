@@ -10,7 +10,12 @@ import cv2
 import numpy as np
 
 from servosight.models.core import Array, Image, Mask
-from servosight.tracking.core import most_agree_on
+from servosight.tracking.core import (
+    edge_normals,
+    most_agree_across,
+    most_agree_on,
+    mostly_straight,
+)
 
 LEAST_PX = 0.2
 """Smaller motion is within the scatter of matched features."""
@@ -70,9 +75,9 @@ class Stabiliser:
 
     def seen(self, image: Image) -> tuple[Array, Array]:
         """Where features are in the picture and in another image; (found, 2) each."""
-        return self._seen(image)[:2]
+        return self.found_in(image)[:2]
 
-    def _seen(self, image: Image) -> tuple[Array, Array, Mask]:
+    def found_in(self, image: Image) -> tuple[Array, Array, Mask]:
         """The same, and which of all features are found (n,)."""
         bright = float(np.median(self.picture)) / max(float(np.median(image)), 1.0)
         even = cv2.convertScaleAbs(image, alpha=bright)
@@ -92,7 +97,7 @@ class Stabiliser:
         """
         seen, alike = np.zeros(len(self.points)), np.zeros(len(self.points))
         for image in images:
-            before, after, kept = self._seen(image)
+            before, after, kept = self.found_in(image)
             found = most_agree_on(before, after, _ALIKE_PX, _LEAST_FOUND)
             if found is not None:
                 seen[kept] += 1.0
@@ -130,7 +135,11 @@ def roll_of(motion: Array) -> float:
 @dataclass(frozen=True)
 class CameraMotion:
     """How a camera moves over pictures: ``rms_px``, and the share ``unclear`` (0 to 1) of pictures
-    in which most features show a motion that they do not determine."""
+    in which most features show a motion that they do not determine.
+
+    Along the straight grain of a background it is taken not to move where nothing else shows it:
+    features slide along the grain by pixels as a codec redraws it.
+    """
 
     rms_px: float
     unclear: float
@@ -145,15 +154,31 @@ class CameraMotion:
         if bench is None:
             return cls(0.0, 0.0)
         shifts, unclear = [np.zeros(2)], []
+        normals = edge_normals(bench.picture, bench.points[:, 0])
+        straight = mostly_straight(normals)
         for image in images:
-            before, after = bench.seen(image)
-            motion = _motion(before, after, bench.least)
-            if motion is not None:
-                shifts.append(motion.shift_px)
-            unclear.append(motion is None and _unclear(before, after))
+            before, after, kept = bench.found_in(image)
+            if straight:
+                shift_px = _shift_across(before, after, normals[kept], bench.least)
+            else:
+                motion = _motion(before, after, bench.least)
+                shift_px = None if motion is None else motion.shift_px
+            if shift_px is not None:
+                shifts.append(shift_px)
+            unclear.append(shift_px is None and _unclear(before, after))
         away = np.array(shifts) - np.mean(shifts, axis=0)
         rms_px = float(np.sqrt((away**2).sum(1).mean()))
         return cls(rms_px, float(np.mean(unclear)) if unclear else 0.0)
+
+
+def _shift_across(before: Array, after: Array, normals: Array, least: int) -> Array | None:
+    """The median shift (2,) of features (n, 2) by the motion on which they agree across edges."""
+    found = most_agree_across(before, after, normals, _ALIKE_PX, least)
+    if found is None:
+        return None
+    matrix, _ = found
+    moved = before @ matrix[:, :2].T + matrix[:, 2]
+    return np.asarray(np.median(moved - before, axis=0))
 
 
 def _unclear(before: Array, after: Array) -> bool:
