@@ -166,7 +166,7 @@ def find_exposure(
     """The exposure from the sampled pictures, and angle and speed [rad/s] of the frames (frames,).
 
     ``frame_s`` is the time from frame to frame. Both are NaN where the part is not found. Where
-    the motion does not determine it, the middle of what is possible. A readout is found only where
+    the motion does not determine it, what is likely of any camera. A readout is found only where
     the pictures are read ``by_rows``; what the shear allows for is part of its sigma.
     """
     index = meter.stabilised.index

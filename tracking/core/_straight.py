@@ -84,7 +84,7 @@ def _off_px(before: Any, after: Any, normals: Array, motion: Array) -> Array:
     lie on a straight one [px] (n,)."""
     left = before @ motion[:, :2].T + motion[:, 2] - after
     across = np.abs(np.einsum("ij,ij->i", left, normals))
-    return np.where(normals.any(axis=1), across, np.hypot(*left.T))
+    return np.asarray(np.where(normals.any(axis=1), across, np.hypot(*left.T)))
 
 
 def _median_shift(before: Any, after: Any, normals: Array) -> Array:

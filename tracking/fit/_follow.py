@@ -145,7 +145,8 @@ def _with_own_motion(
     """A frame fitted again with the motion that its angle and those before it show."""
     known = [np.nan if one.fit is None else one.angle_rad for one in (*before, seen)]
     time_s = np.array([one.frame.time_s for one in (*before, seen)])
-    moving = Exposure.of(*local_motion(time_s, np.array(known), len(before)), shutter)
+    speed, acceleration = local_motion(time_s, np.array(known), len(before))
+    moving = Exposure.of(speed, acceleration, shutter)
     fit = stage.fit_near(seen.frame.image, seen.angle_rad, moving, seen.copied)
     angle = seen.angle_rad if fit is None else fit.angle_rad
     return replace(seen, fit=fit, angle_rad=angle, exposure=moving)

@@ -141,12 +141,12 @@ def test_angles_are_those_of_the_middle_row(tmp_path: Path, write: Write) -> Non
 
 
 def test_a_slow_part_does_not_tell_the_exposure(tmp_path: Path, write: Write) -> None:
-    """1.2 deg a frame at most, a blur of 0.5 px. Truth 13.3 ms; about half of the time from frame
-    to frame, 16.7 ms, with nearly the sigma of anything up to it, 9.6 ms."""
+    """1.2 deg a frame at most, a blur of 0.5 px. Truth 13.3 ms; about what is likely of any camera,
+    0.36 of the time from frame to frame, 11.9 ms, with nearly the sigma of that, 9.4 ms."""
     track = tracked(tmp_path, write, SLOW_HZ, TrackOptions(pivot=PIVOT))
     assert track.shutters is not None
-    assert track.shutters.usual_s == pytest.approx(0.5 / RATE_HZ, abs=0.1 / RATE_HZ)
-    assert track.shutters.exposure_doubt_s == pytest.approx(1.0 / RATE_HZ / np.sqrt(12.0), rel=0.1)
+    assert track.shutters.usual_s == pytest.approx(0.36 / RATE_HZ, abs=0.1 / RATE_HZ)
+    assert track.shutters.exposure_doubt_s == pytest.approx(0.28 / RATE_HZ, rel=0.1)
     assert np.sqrt(np.mean((error_deg(track, SLOW_HZ) / track.sigma_deg) ** 2)) < 1.3
 
 

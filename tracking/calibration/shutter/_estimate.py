@@ -34,7 +34,7 @@ _WIDTH_PX2 = 0.15
 # 0.19 of it.
 _WHOLE, _SLOW_PX = 0.94, 6.0
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
-_HALF, _UNKNOWN = 0.5, 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
+_UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
 
 Left = Callable[[Shutter], Array]
 
@@ -106,7 +106,7 @@ def found_shutters(
 
 def unknown_shutters(frame_s: float) -> Shutters:
     """Those of a camera of which nothing is known but the time from frame to frame."""
-    return _unseen(frame_s, (_HALF, _UNKNOWN), LikelyReadout.of(0.0, np.inf))
+    return _unseen(frame_s, likely_share(0.0, np.inf, 0.0), LikelyReadout.of(0.0, np.inf))
 
 
 def _norm(*parts: float) -> float:

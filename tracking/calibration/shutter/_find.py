@@ -57,9 +57,8 @@ def find_shutter(
     """The shutter from ``runs`` of neighbouring frames that were measured without motion.
 
     ``rectified`` resamples a picture into the plane in which the surface is learnt. Where too
-    little moves fast enough, half of a frame time and no readout, with the sigma of values that
-    may be anything up to it; so for the readout where the sensor's rows are the picture's columns
-    (``sideways``).
+    little moves fast enough, what is likely of any camera, with the sigma of that; so for the
+    readout where the sensor's rows are the picture's columns (``sideways``).
     """
     radius, frame_s = refine.surface.grid.largest_px, 0.0
     slow: list[_Moving] = []
