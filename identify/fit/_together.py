@@ -48,8 +48,8 @@ def fit_together(
     """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
 
     An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
-    not varied, nor one above ``most_deg``, which a model with fewer effects reaches: what it lacks
-    is an effect, not a lower minimum.
+    not varied, nor one above ``most_deg``, which another model reaches: what it lacks is an effect,
+    not a lower minimum.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg)

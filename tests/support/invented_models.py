@@ -169,7 +169,11 @@ class InventedModels:
         return self.trials[trial.key]
 
     def together(
-        self, base: InventedTrial, names: Sequence[str], enough_deg: float = 0.0
+        self,
+        base: InventedTrial,
+        names: Sequence[str],
+        enough_deg: float = 0.0,
+        most_deg: float = np.inf,
     ) -> InventedTrial:
         return self.fitted((*base.effects, *names), "together", base.held)
 

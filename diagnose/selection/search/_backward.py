@@ -120,11 +120,25 @@ class BackwardSearch:
                 continue
             if not criterion.learnt(begun.score, models.without(begun, name).score):
                 continue
+            if not self._gains_alone(richer):
+                continue
             names = [richer if one == name else one for one in new]
-            other = models.together(base, names, criterion.enough_deg)
+            most_deg = begun.score.train_rmse_deg
+            other = models.together(base, names, criterion.enough_deg, most_deg)
             if criterion.learnt(other.score, begun.score):
                 begun = other
         return begun
+
+    def _gains_alone(self, name: str) -> bool:
+        """False where the fitted data do not move an effect that is all that was added to the
+        first model: one that shapes the command shows by itself, whatever else is missing."""
+        first = self.models.first()
+        tried = [
+            one.score
+            for one in self.models.trials.values()
+            if one.held == first.held and set(one.effects) == {*first.effects, name}
+        ]
+        return not tried or self.visited.criterion.learnt(tried[0], first.score)
 
     def _is_near(self, trial: Trial) -> bool:
         """True where a model's error on the fitted data is not far above the floor."""

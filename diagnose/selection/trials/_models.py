@@ -205,10 +205,15 @@ class ModelSelection:
         fit = Solution.at(problem, point_of(problem, base.fit))
         return Trial(problem.effects, fit, seen(fit, self.split))
 
-    def together(self, base: Trial, names: Sequence[str], enough_deg: float = 0.0) -> Trial:
-        """``base`` with several effects more, fitted at once from many starts to ``enough_deg``."""
+    def together(
+        self, base: Trial, names: Sequence[str], enough_deg: float = 0.0, most_deg: float = np.inf
+    ) -> Trial:
+        """``base`` with several effects more, fitted at once from many starts to ``enough_deg``.
+
+        What ends above ``most_deg``, or above what fewer effects reach, is not varied.
+        """
         problem = self.problem((*base.effects, *names), base.fit.problem.held)
-        most_deg = reached_deg(self.trials, problem.effects)
+        most_deg = min(most_deg, reached_deg(self.trials, problem.effects))
         fit = partial(fit_together, problem, base.fit, enough_deg, most_deg)
         way, new = f"together to {enough_deg}", " ".join(names)
         return self.judge(fitted_once(self.fits, way, base, new, fit))

@@ -139,6 +139,20 @@ def test_a_richer_effect_of_the_command_takes_the_place_of_one_that_matters(
     assert "".join(begun.effects) == ("abg" if richer else "abc")
 
 
+@pytest.mark.parametrize(("alone_deg", "richer"), [(2.9, ["together abg"]), (3.0, [])])
+def test_a_richer_effect_of_the_command_that_changes_nothing_alone_is_not_tried(
+    alone_deg: float, richer: list[str]
+) -> None:
+    """What shapes the command shows by itself: fitting it beside five others costs much."""
+    errors = {"": 3.0, "abc": 1.01, "ab": 1.2, "abg": 0.1, "g": alone_deg}
+    models = InventedModels(errors, contains={"g": "c"}, on_command="cg")
+    first = models.fitted((), "first")
+    models.fitted(("g",), "single")
+    search = backward(models, ordinary=("a", "b", "c", "g"), together=3)
+    search.together(first)  # type: ignore[arg-type]
+    assert models.done[2:] == ["together abc", *richer]
+
+
 @pytest.mark.parametrize(
     ("at_one_gain", "limit"), [(True, "torque_saturation"), (False, "current_limit")]
 )
