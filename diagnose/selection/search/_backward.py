@@ -16,6 +16,7 @@ from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
 _ASTRAY = 10.0  # times the floor
+_CLOSE = 2.0  # times the floor: nothing is missing from a model that errs by no more
 
 
 @dataclass(frozen=True)
@@ -177,11 +178,14 @@ class BackwardSearch:
 
         Effects at a bound go first: no model is accepted with them, however low its price.
         It ends where all simulations are spent, or where what is left is much dearer than the
-        cheapest of its line.
+        cheapest of its line. A model that is near the floor has all that the data show, and leaving
+        out costs little: it may go on a while.
         """
         least = self.visited.price(trial)
+        near = trial.score.train_rmse_deg <= _CLOSE * self.visited.criterion.floor_deg
+        share = self.effort.reduced_share if near else self.effort.search_share
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
-            if self.effort.is_spent(self.models):
+            if self.effort.is_spent(self.models, share):
                 return
             smaller = []
             first = [name for name in names if name in trial.score.at_bounds] or names
