@@ -27,8 +27,8 @@ class SearchEffort:
     they last longer than ``brief_s`` in the mean, a simulation takes longer, and it is less by as
     much, but no less than the share ``least_share``. The steps may take the share ``steps_share``
     of it, whatever was spent before them; the search behind them ends at ``search_share``, so that
-    some is left for what may stand in for its answer; a rich model near the floor is reduced until
-    ``reduced_share``. Where it ends so, effects that its answer still lacks may cost
+    some is left for what may stand in for its answer; a rich model near the floor may be reduced
+    for ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks may cost
     ``further_share`` of it more.
     """
 
@@ -45,7 +45,7 @@ class SearchEffort:
     least_share: float = 0.5
     steps_share: float = 0.3
     search_share: float = 0.9
-    reduced_share: float = 1.3
+    reduced_share: float = 0.3
     further_share: float = 0.3
 
     def most(self, models: ModelSelection) -> float:

@@ -183,9 +183,12 @@ class BackwardSearch:
         """
         least = self.visited.price(trial)
         near = trial.score.train_rmse_deg <= _CLOSE * self.visited.criterion.floor_deg
-        share = self.effort.reduced_share if near else self.effort.search_share
+        end = self.effort.search_share * self.effort.most(self.models)
+        if near:
+            begun = self.models.work.cost
+            end = max(end, begun + self.effort.reduced_share * self.effort.most(self.models))
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
-            if self.effort.is_spent(self.models, share):
+            if self.models.work.cost >= end:
                 return
             smaller = []
             first = [name for name in names if name in trial.score.at_bounds] or names

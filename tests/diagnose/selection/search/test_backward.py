@@ -106,7 +106,7 @@ def test_a_model_near_the_floor_is_reduced_though_all_is_spent(
     rich_deg: float, reduced: bool
 ) -> None:
     """The floor is 0.1 deg: a model within twice that has all that the data show, and what it can
-    do without is left out until 1.3 of what a search may cost is spent."""
+    do without is left out, for 0.3 of what a search may cost."""
     models = InventedModels({"": 1.0, "abc": rich_deg, "ab": rich_deg})
     rich = models.fitted(("a", "b", "c"), "rich")
     effort = SearchEffort(cost=models.work.cost)
