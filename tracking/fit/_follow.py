@@ -124,11 +124,14 @@ def _measure(
         # neighbouring optimum: search near it.
         fit = _better(fit, near())
     angle = fit.angle_rad if fit is not None else last_rad
-    seen = TrackedFrame(frame, fit, angle, moving, bool(repeated), copied)
     if fit is not None and _moving(before) and abs(angle - last_rad - step) > _MISSED_RAD:
-        again = _with_own_motion(stage, seen, before, shutter)
-        return seen if again.fit is None or _better(fit, again.fit) is fit else again
-    return seen
+        known = [np.nan if one.fit is None else one.angle_rad for one in before]
+        times = [*(one.frame.time_s for one in before), frame.time_s]
+        own = _shown(times, [*known, angle], len(before), shutter)
+        better = _better(fit, stage.fit_near(frame.image, angle, own, copied))
+        if better is not fit:
+            fit, angle, moving = better, better.angle_rad, own
+    return TrackedFrame(frame, fit, angle, moving, bool(repeated), copied)
 
 
 def _better(fit: AngleFit, other: AngleFit | None) -> AngleFit:
@@ -139,17 +142,10 @@ def _better(fit: AngleFit, other: AngleFit | None) -> AngleFit:
     return other
 
 
-def _with_own_motion(
-    stage: AngleEstimator, seen: TrackedFrame, before: list[TrackedFrame], shutter: Shutter
-) -> TrackedFrame:
-    """A frame fitted again with the motion that its angle and those before it show."""
-    known = [np.nan if one.fit is None else one.angle_rad for one in (*before, seen)]
-    time_s = np.array([one.frame.time_s for one in (*before, seen)])
-    speed, acceleration = local_motion(time_s, np.array(known), len(before))
-    moving = Exposure.of(speed, acceleration, shutter)
-    fit = stage.fit_near(seen.frame.image, seen.angle_rad, moving, seen.copied)
-    angle = seen.angle_rad if fit is None else fit.angle_rad
-    return replace(seen, fit=fit, angle_rad=angle, exposure=moving)
+def _shown(time_s: list[float], angle_rad: list[float], at: int, shutter: Shutter) -> Exposure:
+    """The motion while one of some frames was exposed, as their angles show it; NaN: not known."""
+    speed, acceleration = local_motion(np.array(time_s), np.array(angle_rad), at)
+    return Exposure.of(speed, acceleration, shutter)
 
 
 def _same(one: Image, other: Image) -> bool:
@@ -202,9 +198,8 @@ def _again(
     known = [np.nan if s.fit is None or s.repeated else s.angle_rad for s in around]
     at = place - max(place - _REACH, 0)
     known[at] = here.angle_rad
-    time_s = np.array([seen.frame.time_s for seen in around])
-    speed, acceleration = local_motion(time_s, np.array(known), at)
-    exposure = Exposure.of(speed, acceleration, shutter(here.frame.index))
+    times = [seen.frame.time_s for seen in around]
+    exposure = _shown(times, known, at, shutter(here.frame.index))
     assumed = here.exposure
     apart_px = abs(exposure.turn_rad - assumed.turn_rad) * radius_px
     shear = abs(exposure.per_delay_rad - assumed.per_delay_rad) + abs(

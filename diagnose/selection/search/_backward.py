@@ -183,10 +183,10 @@ class BackwardSearch:
         """
         least = self.visited.price(trial)
         near = trial.score.train_rmse_deg <= _CLOSE * self.visited.criterion.floor_deg
-        end = self.effort.search_share * self.effort.most(self.models)
+        most = self.effort.most(self.models)
+        end = self.effort.search_share * most
         if near:
-            begun = self.models.work.cost
-            end = max(end, begun + self.effort.reduced_share * self.effort.most(self.models))
+            end = max(end, self.models.work.cost + self.effort.reduced_share * most)
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
             if self.models.work.cost >= end:
                 return
