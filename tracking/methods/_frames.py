@@ -166,12 +166,13 @@ def find_moving_part(film: Film, options: TrackOptions) -> MovingPart:
     box = pointed_box(options, shape)
     if options.at_s is not None and box is not None:
         images = [film.frame_at(options.at_s).image, *images]
+    if beside is not None and box is None:
+        images = without(images, beside)
     features = Features.of_change(images)
     if beside is None:
         view = view_of(images, options.camera, film.predicted, features)
     else:
         view = same_view(beside, options.camera)
-        images = images if box is not None else without(images, beside)
     rectified = rectifier(view.plane, shape)
     pivot = options.pivot
     if pivot is not None:

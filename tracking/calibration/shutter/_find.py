@@ -88,15 +88,11 @@ def find_shutter(
     speed = np.array([one.speed for one in fast])
     pace_px = further_px(speed, learnt, frame_s, radius)
 
-    def found(steady_rad: float) -> Shutters:
-        fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
-        return found_shutters(fine, coarse, frame_s, pace_px, by_rows=not sideways)
-
-    shutters = found(0.0)
-    if not shutters.readout_s:
-        return shutters
-    steady_rad, _ = steady_shear(partial(left, rough, 0.0), speed, frame_s)
-    return found(steady_rad) if steady_rad else shutters
+    steady_rad, alike = 0.0, 1.0
+    if not sideways:
+        steady_rad, alike = steady_shear(partial(left, rough, 0.0), speed, frame_s)
+    fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
+    return found_shutters(fine, coarse, frame_s, pace_px, not sideways, alike)
 
 
 def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:
