@@ -21,8 +21,13 @@ def term(drive: float, w: float, limit: float, back_emf: float) -> float:
 
 
 def switch(drive: float, w: float, limit: float, back_emf: float) -> float:
-    """Changes sign where the clip begins or ends."""
-    return abs(drive - back_emf * w) - limit
+    """Changes sign where the clip begins or ends, of a drive that is large."""
+    return drive - back_emf * w - limit
+
+
+def second_switch(drive: float, w: float, limit: float, back_emf: float) -> float:
+    """The same of a drive that is far below zero: a step of the command may pass both."""
+    return drive - back_emf * w + limit
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
@@ -61,6 +66,7 @@ EFFECT = Effect(
     starts=starts,
     term=term,
     switch=switch,
+    second_switch=second_switch,
     contains=("torque_saturation",),
     for_several_gains="torque_saturation",
 )

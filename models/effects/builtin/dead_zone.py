@@ -17,8 +17,13 @@ def term(drive: float, w: float, half_width: float) -> float:
 
 
 def switch(drive: float, w: float, half_width: float) -> float:
-    """Changes sign where the band begins or ends."""
-    return abs(drive) - half_width
+    """Changes sign at the upper end of the band."""
+    return drive - half_width
+
+
+def second_switch(drive: float, w: float, half_width: float) -> float:
+    """Changes sign at its lower end: a step of the command may pass both."""
+    return drive + half_width
 
 
 EFFECT = Effect(
@@ -39,4 +44,5 @@ EFFECT = Effect(
     starts=band_starts,
     term=term,
     switch=switch,
+    second_switch=second_switch,
 )

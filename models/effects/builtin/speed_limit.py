@@ -19,9 +19,13 @@ def term(drive: float, w: float, stall: float, no_load_speed: float) -> float:
 
 
 def switch(drive: float, w: float, stall: float, no_load_speed: float) -> float:
-    """Changes sign where the clip begins or ends."""
-    share = 1.0 - w / no_load_speed if drive > 0.0 else 1.0 + w / no_load_speed
-    return abs(drive) - stall * share if share > 0.0 else abs(drive)
+    """Changes sign where the clip begins or ends, of a drive that is large."""
+    return drive - stall * max(1.0 - w / no_load_speed, 0.0)
+
+
+def second_switch(drive: float, w: float, stall: float, no_load_speed: float) -> float:
+    """The same of a drive that is far below zero: a step of the command may pass both."""
+    return drive + stall * max(1.0 + w / no_load_speed, 0.0)
 
 
 def resolution(T: float, w: float, stall: float, no_load_speed: float) -> float:
@@ -66,6 +70,7 @@ EFFECT = Effect(
     starts=starts,
     term=term,
     switch=switch,
+    second_switch=second_switch,
     resolution=resolution,
     contains=("torque_saturation",),
 )

@@ -16,8 +16,13 @@ def term(drive: float, w: float, limit: float) -> float:
 
 
 def switch(drive: float, w: float, limit: float) -> float:
-    """Changes sign where the clip begins or ends."""
-    return abs(drive) - limit
+    """Changes sign where the clip begins or ends, of a drive that is large."""
+    return drive - limit
+
+
+def second_switch(drive: float, w: float, limit: float) -> float:
+    """The same of a drive that is far below zero: a step of the command may pass both."""
+    return drive + limit
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
@@ -42,4 +47,5 @@ EFFECT = Effect(
     starts=starts,
     term=term,
     switch=switch,
+    second_switch=second_switch,
 )

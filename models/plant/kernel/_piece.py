@@ -92,6 +92,19 @@ def first_mode(friction, w):
     return 1 if w > 0.0 else -1
 
 
+@njit
+def moved(p, on, exact, own, x, z, a0, r0, h, force, rise, mode):
+    """One step of h [s]: (theta, w) and states at its end, accelerations and rates at both ends."""
+    T, xi, held = own
+    core = (1.0 / (T * T), 2.0 * xi / T)
+    half, full = core_updates(T, xi, h, exact)
+    if exact:
+        x1, a0, a1 = coast(x, h, force - mode * held, rise, core, full)
+        return x1, z, a0, a1, z, z
+    x1, z1, a1, r1 = slide(p, on, x, z, a0, r0, h, force, rise, mode, core, half, full)
+    return x1, z1, a0, a1, r0, r1
+
+
 # One long function: the motion lives in local variables, which the compiler keeps in registers.
 @njit
 def piece(
@@ -162,15 +175,19 @@ def piece(
                 z1, r0, r1 = z, z, z
             else:
                 x1, z1, a1, r1 = slide(p, on, x, z, a0, r0, h, now, rise, mode, core, half, full)
+            if switching:
+                # A step over a kink says nothing of what stops or turns the motion: that is looked
+                # for up to the kink.
+                tau = first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
+                if _EDGE * h < tau < (1.0 - _EDGE) * h:
+                    h, reach, known = tau, step, -1.0
+                    x1, z1, a0, a1, r0, r1 = moved(
+                        p, on, exact, own, x, z, a0, r0, h, now, rise, mode
+                    )
             tau = h
             if friction and mode * x1[1] <= 0.0:
                 tau = cubic_root(h, x[1], a0, x1[1], a1)
                 stopped = True
-            if switching:
-                kink = first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
-                if kink < tau:
-                    tau = kink
-                    stopped = False
             if memory_on or loop_memory:
                 turn = h
                 if (loop_memory or not shaft) and x[1] * x1[1] < 0.0 and not stopped:
@@ -181,16 +198,8 @@ def piece(
                     tau = turn
                     stopped = False
             if _EDGE * h < tau < (1.0 - _EDGE) * h:
-                h = tau
-                reach = step
-                known = -1.0
-                half, full = core_updates(T, xi, h, exact)
-                if exact:
-                    x1, a0, a1 = coast(x, h, now - mode * held, rise, core, full)
-                else:
-                    x1, z1, a1, r1 = slide(
-                        p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
-                    )
+                h, reach, known = tau, step, -1.0
+                x1, z1, a0, a1, r0, r1 = moved(p, on, exact, own, x, z, a0, r0, h, now, rise, mode)
             elif stopped and tau <= _EDGE * h:
                 # Stopped before it moved. From rest it stays for the step; else look again.
                 if x[1] != 0.0:

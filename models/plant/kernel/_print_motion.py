@@ -78,11 +78,11 @@ def switches(slots: Slots) -> str:
         watch(i, effect, "e, w")
         lines.append(slots.stateful(i, effect, "e, w", "e", "="))
     lines += _load(slots)
-    lines.append("ahead = 1.0 if w >= 0.0 else -1.0")
+    lines.append("ahead = -1.0 if mode < 0 else 1.0")
     for i, effect in slots.at(Place.FRICTION):
         watch(i, effect, "ahead * w, ahead * e, ahead * load")
     end = f"return ({', '.join([*names, '1.0'])},)"
-    return function("kinks(p, on, force, theta, w, z)", lines, end)
+    return function("kinks(p, on, force, theta, w, z, mode)", lines, end)
 
 
 def friction(slots: Slots) -> str:

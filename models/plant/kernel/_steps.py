@@ -152,8 +152,8 @@ def onward_speed(w, mode):
 @njit
 def first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
     """Earliest instant in (0, h] at which a term passes a kink; h where none does [s]."""
-    before = kinks(p, on, force, x[0], x[1], z)
-    after = kinks(p, on, force + h * slope, x1[0], onward_speed(x1[1], mode), z)
+    before = kinks(p, on, force, x[0], x[1], z, mode)
+    after = kinks(p, on, force + h * slope, x1[0], onward_speed(x1[1], mode), z, mode)
     first = h
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < TINY:
@@ -163,7 +163,7 @@ def first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
             tau = 0.5 * (low + high)
             theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
             w = onward_speed(cubic(tau, h, x[1], a0, x1[1], a1), mode)
-            if before[i] * kinks(p, on, force + tau * slope, theta, w, z)[i] > 0.0:
+            if before[i] * kinks(p, on, force + tau * slope, theta, w, z, mode)[i] > 0.0:
                 low = tau
             else:
                 high = tau

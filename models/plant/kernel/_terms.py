@@ -150,7 +150,7 @@ def torques(
     return force - theta, 0.0, 0.0, 0.0, (0.0, 0.0)
 
 
-def kinks(p: Row, on: Flags, force: float, theta: float, w: float, z: States) -> Row:
+def kinks(p: Row, on: Flags, force: float, theta: float, w: float, z: States, mode: int) -> Row:
     """Numbers that change sign where a term has a kink; a 1 at the end."""
     return (1.0,)
 

@@ -170,6 +170,31 @@ def test_friction_does_not_chatter(plant: Plant) -> None:
     assert abs(rest[0] - 20.0) <= 0.8
 
 
+@pytest.mark.parametrize(
+    ("command_deg", "rate", "limit"), [(20.0, 13_500.0, 4.354), (40.0, 73_000.0, 4.363)]
+)
+def test_a_weight_that_a_limited_drive_just_holds_does_not_chatter(
+    plant: Plant, command_deg: float, rate: float, limit: float
+) -> None:
+    """At rest where drive and friction hold the weight, as the command turns round: within a step
+    both clips of the drive are passed, and where the motion is stopped lies behind the first.
+    Taken at once they are some 3,600 steps; looked for over the whole step they were 14,000 to
+    25,000. Truth: steps of a tenth."""
+    times = np.arange(0.0, 4.0, 0.01)
+    command = np.where(times % 1.0 < 0.5, -command_deg, command_deg)
+    stimulus = Stimulus(times, command, False, times, np.ones(1))
+    row = row_of(
+        plant, T=0.0128, xi=0.95, rate_limit__rate=rate, current_limit__limit=limit,
+        stribeck_friction__excess=0.3, stribeck_friction__speed=15.0,
+        directional_friction__motor=0.1, gravity_load__sine=16.7,
+    )  # fmt: skip
+    angle, taken = plant.simulate_counted(row, stimulus)
+    truth = plant.simulate(row, stimulus, 0.1 * 0.0128 / 5.0)
+    assert taken is not None
+    assert taken[0] < 5000
+    assert np.abs(angle - truth).max() < 0.01
+
+
 def test_a_held_command_in_many_rows_is_one_command(plant: Plant) -> None:
     """Rows that repeat a value change nothing, with friction and play on."""
     own = {"coulomb_friction__level": 0.8, "backlash__gap": 1.0, "torque_saturation__limit": 5.0}
