@@ -27,11 +27,14 @@ _BESIDE_PX = 4.0
 _SUBPIXELS = 4  # bits
 
 
-def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Array) -> Track:
+def along_axis(
+    track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Array, assumed: str = ""
+) -> Track:
     """The track corrected for a tilt that is found, about the pivot (2,) that belongs to it; with
     the tilt's sigma in any case, and among the errors that frames share.
 
-    ``angle_rad`` (frames,) are the angles as ``view`` counts them, NaN where there is none.
+    ``angle_rad`` (frames,) are the angles as ``view`` counts them, NaN where there is none;
+    ``assumed`` is the note on the tilt so far, which one that does not show contradicts.
     """
     known = np.flatnonzero(np.isfinite(angle_rad))
     frames = np.arange(track.frames)
@@ -48,9 +51,11 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
         shared_deg=principal(np.hstack([*others, doubt_deg])),
     )
     if not view.found:
-        told = (_unknown(sigma_deg),) if sigma_deg > TRUST.largest_sigma_deg else ()
         tilt = replace(track.tilt, sigma_deg=sigma_deg)
-        return replace(track, notes=(*track.notes, *told), tilt=tilt)
+        if sigma_deg <= TRUST.largest_sigma_deg:
+            return replace(track, tilt=tilt)
+        notes = (note for note in track.notes if note != assumed)
+        return replace(track, notes=(*notes, _unknown(sigma_deg)), tilt=tilt)
     change_deg = np.rad2deg(view.correction_rad(seen_rad))
     tilt = Tilt(
         tilt_deg=float(np.rad2deg(view.tilt_rad)),
@@ -72,11 +77,13 @@ def along_axis(track: Track, view: ObliqueView, angle_rad: Array, pivot_px: Arra
     )
 
 
-def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Array) -> Track:
+def seen_along_axis(
+    track: Track, sample: FrameSample, outline: Array, pivot: Array, assumed: str = ""
+) -> Track:
     """A track whose tilt is not calibrated, by the sampled frames in which the part is found.
 
     ``outline`` (points, 2) and ``pivot`` (2,) lie in the track's plane, as the pictures of the
-    sample do, the outline as in the first frame.
+    sample do, the outline as in the first frame; ``assumed`` as :func:`along_axis` takes it.
     """
     index, pictures, _ = sample.chosen(track.found)
     if not pictures:  # found in a few frames, between the sampled ones
@@ -97,7 +104,8 @@ def seen_along_axis(track: Track, sample: FrameSample, outline: Array, pivot: Ar
     if view is None:
         return track
     at = at_scale(view.pivot_px, 1.0 / sample.scale)
-    return along_axis(track, view, angle_rad, track.plane.to_picture(at[None])[0])
+    place_px = track.plane.to_picture(at[None])[0]
+    return along_axis(track, view, angle_rad, place_px, assumed)
 
 
 def _unknown(sigma_deg: float) -> str:

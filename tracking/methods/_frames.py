@@ -74,7 +74,8 @@ class TrackedPart:
 
     ``outline`` (points, 2) in the first frame and ``pivot`` (2,) lie in that plane, as the pictures
     of the ``sample`` do. ``tilt_known`` says that it is calibrated, or that pictures without a
-    predicting codec determine it.
+    predicting codec determine it; ``view_note`` is what was said of it before the frames were
+    measured.
     """
 
     track: Track
@@ -82,12 +83,13 @@ class TrackedPart:
     outline: Array
     pivot: Array
     tilt_known: bool
+    view_note: str
 
     def along_axis(self) -> Track:
         """With what the tilt of the camera may do to the angles, and corrected for one found."""
         if self.tilt_known:
             return self.track
-        return seen_along_axis(self.track, self.sample, self.outline, self.pivot)
+        return seen_along_axis(self.track, self.sample, self.outline, self.pivot, self.view_note)
 
 
 def track_frames(
@@ -145,7 +147,7 @@ def tracked_part(
     )
     verify(film, options, track, pivot, [part.outline], sample)
     known = part.view.calibrated or not film.predicted
-    return TrackedPart(track, sample, part.outline, pivot, known)
+    return TrackedPart(track, sample, part.outline, pivot, known, part.view.note)
 
 
 def _check_camera(film: Film) -> None:

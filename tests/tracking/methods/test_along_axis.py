@@ -73,6 +73,14 @@ def test_an_unknown_tilt_is_sigma_alone() -> None:
     assert "changes angles by 0.3 deg (one sigma)" in seen.notes[-1]
 
 
+def test_what_was_assumed_of_the_tilt_is_not_said_beside_one_that_does_not_show() -> None:
+    """As that the swing shows none of more than 0.09 deg, beside a sigma of 0.3 deg."""
+    track = replace(TRACK, notes=("assumed", "clock"))
+    unknown = replace(FOUND, found=False, sigma_rad=np.deg2rad(0.3))
+    seen = along_axis(track, unknown, np.deg2rad(ANGLE_DEG), np.zeros(2), "assumed")
+    assert seen.notes[:-1] == ("clock",)
+
+
 def test_of_a_part_that_rests_mostly_at_one_angle_the_other_one_is_the_less_sure() -> None:
     """A tilt makes an error of 0.5 deg between them: about the mean, as an offset is free, 0.45 deg
     in the tenth of the frames that are apart and 0.05 deg in the others, where the rms counts."""
