@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import cv2
 import numpy as np
 
+from servosight.models.core import Image
+from servosight.tracking.acquisition import swept
 from servosight.tracking.core import Track
 
 _LEAST_FRAMES, _ALIKE = 8, 0.98
+_SMALLER = 4  # pictures in which change is compared
 
 
 def alike(one: Track, other: Track) -> bool:
@@ -22,6 +28,17 @@ def beside(one: Track, other: Track) -> bool:
     not meet."""
     away_px = float(np.hypot(*np.subtract(one.pivot_px, other.pivot_px)))
     return away_px > _reach_px(one) + _reach_px(other)
+
+
+def change_of(track: Track, images: Sequence[Image]) -> float:
+    """How much changes in pictures (height, width) of one camera position where a part passes: the
+    sum of the variances of their pixels [grey levels^2]."""
+    height, width = images[0].shape
+    size = (max(width // _SMALLER, 1), max(height // _SMALLER, 1))
+    small = [cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images]
+    passed = swept(track, images[0].shape).astype(np.uint8)
+    inside = cv2.resize(passed, size, interpolation=cv2.INTER_NEAREST) > 0
+    return float(np.stack(small).astype(np.float32)[:, inside].var(0).sum())
 
 
 def _reach_px(track: Track) -> float:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from servosight.models.core import FrameProgress
+from servosight.models.core import FrameProgress, Image
 from servosight.tracking.acquisition import POINT, check_hints
 from servosight.tracking.appearance.layers import LayerEstimator, layer_estimator
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import TRUST, swept_deg, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
-from servosight.tracking.methods._compared import alike, surest
+from servosight.tracking.methods._compared import alike, beside, change_of, surest
 from servosight.tracking.methods._composite import composite
 from servosight.tracking.methods._frames import (
     MovingPart,
@@ -27,6 +28,7 @@ from servosight.tracking.methods._total_sigma import with_total_sigma
 from servosight.tracking.video import Film
 
 _PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
+_MORE = 2.0  # times the change of the pictures, of another part that is measured in its place
 
 
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -102,13 +104,17 @@ def _surer_of_both(
     are the surer ones: the edges of a plain part show its blur, its interior does not.
 
     Where they are not, but tell exposure and readout better, it is measured again with these.
+    Of two parts beside each other that turn each in its own way, that one which changes far more of
+    the pictures.
     """
     try:
         other = composite(film, options, progress)
     except TrackRefused:
         return measured
     if not alike(measured, other):
-        return measured
+        if options.pointed or not beside(measured, other):
+            return measured
+        return _of_two(measured, other, film.stabilised.images)
     if _tells_times(other, measured):
         timed = replace(film, shutters=other.shutters)
         with suppress(TrackRefused):  # as it was measured first then
@@ -116,6 +122,20 @@ def _surer_of_both(
                 tracked_part(timed, options, progress, prepare).along_axis()
             )
     return surest(measured, other)
+
+
+def _of_two(measured: Track, other: Track, images: Sequence[Image]) -> Track:
+    """``measured``, or ``other`` where far more of the pictures changes; the one that is not taken
+    is named."""
+    taken, left = measured, other
+    if change_of(other, images) > _MORE * change_of(measured, images):
+        taken, left = other, measured
+    x, y = left.pivot_px
+    note = (
+        f"the part about {x:.0f},{y:.0f} px may be meant as well: it turns in another way; "
+        f"--pivot {x:.0f},{y:.0f} takes it"
+    )
+    return replace(taken, notes=(*taken.notes, note))
 
 
 def _tells_times(track: Track, other: Track) -> bool:

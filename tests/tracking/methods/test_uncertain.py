@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from support.drawn_part import drawn_part
 
+from servosight.models.core import Image
 from servosight.tracking.composite import TRUST
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _refine
@@ -36,15 +38,22 @@ class Film:
 
     path: Path
     shutters: Shutters | None = None
+    images: Sequence[Image] = ()
+
+    @property
+    def stabilised(self) -> Film:
+        """The same: its camera rests."""
+        return self
 
 
 def refined(
     monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, again: Found | None = None,
-    **given: Any,
+    images: Sequence[Image] = (), **given: Any,
 ) -> Track:  # fmt: skip
     """What ``refine`` returns where its two methods return these, or refuse so.
 
-    ``again`` is what the first one does with shutters that are given; None: as without.
+    ``again`` is what the first one does with shutters that are given; None: as without. ``images``
+    are the film's.
     """
 
     def composite(*_: object) -> Track:
@@ -58,11 +67,11 @@ def refined(
             raise found
         sample = FrameSample(lambda image: image)
         track = found if film.shutters is None else replace(found, shutters=film.shutters)
-        return TrackedPart(track, sample, track.outline_px, np.zeros(2), True)
+        return TrackedPart(track, sample, track.outline_px, np.zeros(2), True, "")
 
     monkeypatch.setattr(_refine, "tracked_part", tracked_part)
     monkeypatch.setattr(_refine, "composite", composite)
-    film: Any = Film(Path("fin.mp4"))
+    film: Any = Film(Path("fin.mp4"), images=images)
     return _refine.refine(film, TrackOptions(**given))
 
 
@@ -189,3 +198,29 @@ def test_another_part_does_not_take_the_place_of_one_whose_times_are_uncertain(
     other = replace(SURE, angle_deg=np.abs(SURE.angle_deg - 20.0))
     late = timed(SURE, 6e-3)
     assert refined(monkeypatch, late, other).shutters is late.shutters
+
+
+@pytest.mark.parametrize(
+    ("levels", "taken"), [((40.0, 10.0), "first"), ((40.0, 50.0), "first"), ((10.0, 40.0), "other")]
+)
+def test_of_two_parts_that_turn_each_in_its_own_way_that_which_changes_far_more_is_taken(
+    monkeypatch: pytest.MonkeyPatch, levels: tuple[float, float], taken: str
+) -> None:
+    """As two servos in one view, the first of which has texture, and times that are uncertain. The
+    other is named; a part that is pointed at is kept."""
+    first = timed(SURE, 6e-3)
+    other = replace(
+        timed(SURE, 2e-3), angle_deg=np.abs(SURE.angle_deg - 20.0), pivot_px=(150.0, 40.0),
+        outline_px=SURE.outline_px + np.array([100.0, 0.0]),
+    )  # fmt: skip
+    images = np.full((9, 80, 200), 100.0)
+    for level, left in zip(levels, (50, 150), strict=True):
+        images[::2, 25:55, left - 5 : left + 25] += level
+    pictures = list(images.astype(np.uint8))
+    found = refined(monkeypatch, first, other, images=pictures)
+    one, left_out = (first, other) if taken == "first" else (other, first)
+    assert found.pivot_px == one.pivot_px
+    x, y = left_out.pivot_px
+    assert f"the part about {x:.0f},{y:.0f} px may be meant as well" in found.notes[-1]
+    pointed = refined(monkeypatch, first, other, images=pictures, tip=(70.0, 40.0))
+    assert pointed.pivot_px == first.pivot_px
