@@ -33,6 +33,9 @@ _SLOWEST = 0.95  # of a round's change, the next one
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
 _KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
+# Times what the plane found does to the angles: a larger change has another cause. Of tilts of 4 to
+# 21 deg it is 1.2, of a shadow beside a part that turns by 3 deg 70.
+_OTHERWISE = 10.0
 # Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle
 # whose tip fades where it is fast, which depends on its angle, was taken for one seen from 34 deg
 # off the axis.
@@ -220,7 +223,7 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     share = sigma / max(_spread(change), 1e-12)
     least = _LEAST_SMALLER if filled(angle_rad) else _MOST
     shown = _smaller_by(rounds[0], best) > least and _gain(rounds[0], best) > _SURE
-    found = shown and share < _KNOWN
+    found = shown and share < _KNOWN and _spread(change) < _OTHERWISE * best.estimate.changes_rad
     if not found:
         # What is shown, but not how far it goes, may go as far again, or as usual tilts do.
         further = min(sigma, rounds[0].estimate.usual_rad) if shown else 0.0

@@ -50,6 +50,11 @@ class TiltEstimate:
         return changed_rad(self.by_shape, self.covariance)
 
     @property
+    def changes_rad(self) -> float:
+        """The rms of what the shape does to the angles."""
+        return changed_rad(self.by_shape, np.outer(self.shape_px, self.shape_px))
+
+    @property
     def doubt_rad(self) -> float:
         """The rms of what a tilt may do to angles that are not corrected for it."""
         return changed_rad(self.by_shape, self.doubt)
