@@ -33,6 +33,7 @@ _PACE_PX = (
     24.0,
 )  # at the tip, from frame to frame: less holds no information, more cannot be tracked
 _THINNED = 4  # at first, of the pixels
+_SURE = 0.05  # of the frame time: so well none is known whatever shears the pictures at any speed
 
 
 @dataclass(frozen=True)
@@ -88,11 +89,15 @@ def find_shutter(
     speed = np.array([one.speed for one in fast])
     pace_px = further_px(speed, learnt, frame_s, radius)
 
-    steady_rad, alike = 0.0, 1.0
-    if not sideways:
-        steady_rad, alike = steady_shear(partial(left, rough, 0.0), speed, frame_s)
-    fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
-    return found_shutters(fine, coarse, frame_s, pace_px, not sideways, alike)
+    def found(steady_rad: float, alike: float) -> Shutters:
+        fine, coarse = (partial(left, one, steady_rad) for one in (still, rough))
+        return found_shutters(fine, coarse, frame_s, pace_px, not sideways, alike)
+
+    shutters = found(0.0, 1.0)
+    sure = not shutters.readout_s and shutters.readout_doubt_s < _SURE * frame_s
+    if sideways or sure:
+        return shutters
+    return found(*steady_shear(partial(left, rough, 0.0), speed, frame_s))
 
 
 def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:
