@@ -151,7 +151,10 @@ def torques(
 
 
 def kinks(p: Row, on: Flags, force: float, theta: float, w: float, z: States, mode: int) -> Row:
-    """Numbers that change sign where a term has a kink; a 1 at the end."""
+    """Numbers that change sign where a term has a kink; a 1 at the end.
+
+    ``mode`` is the direction of sliding, which friction keeps to where the motion just stops.
+    """
     return (1.0,)
 
 
