@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from servosight.models.core import Array, FrameProgress, Mask, Single
 from servosight.tracking.composite import TRUST, Change, without_entering
@@ -62,18 +63,39 @@ def _measured(place: Footage, progress: FrameProgress | None) -> Track:
 def _windows(footage: Footage) -> list[Window]:
     """The pieces of the pictures around the places in which most changes."""
     stabilised = footage.stabilised
-    cleared = without_entering(stabilised.pictures, stabilised.content)
+    places = _places(without_entering(stabilised.pictures, stabilised.content))
     shape = footage.film.images[0].shape
     windows = []
-    for place in _places(cleared):
-        rows, columns = (np.flatnonzero(place.any(axis)) for axis in (1, 0))
-        middle = np.array([columns[[0, -1]].mean(), rows[[0, -1]].mean()])
-        size_px = max(np.ptp(columns), np.ptp(rows)) / stabilised.scale
+    for place in (*_joint(places), *places):
+        middle, size = _middle_and_size(place)
         x, y = stabilised.in_video(middle)
-        side_px = _AROUND * size_px + 2.0 * stabilised.sway_px  # the camera moves the part in it
+        side_px = size / stabilised.scale + 2.0 * stabilised.sway_px  # the camera moves the part
         windows.append(Window.around((float(x), float(y)), round(side_px), shape))
     whole = shape[0] * shape[1]
     return [one for one in windows if 2 * one.width * one.height < whole]
+
+
+def _middle_and_size(place: Mask) -> tuple[Array, float]:
+    """The middle x, y of a place in the pictures, and the side of the square to look at."""
+    rows, columns = (np.flatnonzero(place.any(axis)) for axis in (1, 0))
+    middle = np.array([columns[[0, -1]].mean(), rows[[0, -1]].mean()])
+    return middle, _AROUND * float(max(np.ptp(columns), np.ptp(rows)))
+
+
+def _joint(places: list[Mask]) -> list[Mask]:
+    """Places of which one lies around another, as one: of a plate that turns a little only the
+    edges change, each in a place of its own, and one alone turns about many pivots."""
+    near = np.array([[_around(one)[other].any() for other in places] for one in places])
+    count, group = connected_components(near.reshape(len(places), len(places)))
+    groups = [np.flatnonzero(group == number) for number in range(count)]
+    return [np.any([places[n] for n in one], axis=0) for one in groups if one.size > 1]
+
+
+def _around(place: Mask) -> Mask:
+    """The square about a place that is looked at."""
+    middle, size = _middle_and_size(place)
+    y, x = np.indices(place.shape)
+    return np.asarray(np.maximum(abs(x - middle[0]), abs(y - middle[1])) <= 0.5 * size)
 
 
 def _places(pictures: Single) -> list[Mask]:

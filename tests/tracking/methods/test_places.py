@@ -16,7 +16,7 @@ from servosight.models.core import Array, Image
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned
 from servosight.tracking.methods import _composite
 from servosight.tracking.methods._footage import Footage
-from servosight.tracking.methods._places import _places, measured_in_places
+from servosight.tracking.methods._places import _joint, _places, measured_in_places
 from servosight.tracking.video import open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -119,3 +119,16 @@ def test_a_place_that_someone_passes_is_none() -> None:
     pictures[:, 20:30, 20:30] += 60.0 * np.sin(np.arange(12.0))[:, None, None]
     pictures[3:8, 60:80, 80:100] += 60.0
     assert [bool(place[25, 25]) for place in _places(pictures)] == [True]
+
+
+def test_places_beside_each_other_are_one_as_well() -> None:
+    """Of two edges of a plate one lies within the square around the other; a place far away does
+    not."""
+    edges = np.zeros((2, 90, 120), bool)
+    edges[0, 20:40, 20:23] = True
+    edges[1, 20:40, 35:38] = True
+    away = np.zeros((90, 120), bool)
+    away[70:75, 100:105] = True
+    (joint,) = _joint([edges[0], away, edges[1]])
+    np.testing.assert_array_equal(joint, edges.any(0))
+    assert _joint([edges[0], away]) == _joint([]) == []
