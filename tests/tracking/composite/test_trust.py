@@ -64,5 +64,14 @@ def test_a_wheel_that_turns_on_and_on_has_no_more_than_a_turn_of_angles() -> Non
 @pytest.mark.parametrize(("apart_share", "refused"), [(0.9, False), (1.1, True)])
 def test_a_part_pointed_at_may_be_measured_roughly(apart_share: float, refused: bool) -> None:
     apart_deg = apart_share * TRUST.largest_apart_deg
-    poor = [fit(0.01 * n, 0.2) for n in range(9)]
+    poor = [fit(0.04 * n, 0.2) for n in range(9)]
     assert (distrust(apart_deg, 4.0 * SIGMA_DEG, poor, pointed=True) is not None) == refused
+
+
+def test_of_a_small_motion_little_may_change_without_the_pivot() -> None:
+    """Of 5 deg, the range less its widest gap of 0.5 deg, 0.2 deg: as of a cable that slides."""
+    small = [fit(np.deg2rad(0.5 * n), 0.9) for n in range(12)]
+    assert distrust(0.19, 0.5 * SIGMA_DEG, small, pointed=False) is None
+    why = distrust(0.21, 0.5 * SIGMA_DEG, small, pointed=False)
+    assert why is not None
+    assert "without a pivot" in why
