@@ -16,7 +16,6 @@ from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
 
 _ASTRAY = 10.0  # times the floor
-_CLOSE = 2.0  # times the floor: nothing is missing from a model that errs by no more
 
 
 @dataclass(frozen=True)
@@ -178,14 +177,13 @@ class BackwardSearch:
 
         Effects at a bound go first: no model is accepted with them, however low its price.
         It ends where all simulations are spent, or where what is left is much dearer than the
-        cheapest of its line. A model that is near the floor has all that the data show, and leaving
-        out costs little: it may go on a while.
+        cheapest of its line. A model that is near the floor on the fitted data has what these show,
+        and leaving out costs little: it may go on a while.
         """
         least = self.visited.price(trial)
-        near = trial.score.train_rmse_deg <= _CLOSE * self.visited.criterion.floor_deg
         most = self.effort.most(self.models)
         end = self.effort.search_share * most
-        if near:
+        if self._is_near(trial):
             end = max(end, self.models.work.cost + self.effort.reduced_share * most)
         while len(trial.effects) > 1 and (names := self.visited.removable(trial)):
             if self.models.work.cost >= end:

@@ -78,7 +78,7 @@ def test_an_effect_at_a_bound_that_the_user_requires_does_not_count() -> None:
 
 
 def test_nothing_is_left_out_where_the_simulations_are_spent() -> None:
-    assert reduced({"": 0.9, "a": 0.5}, "ab", replace(EFFORT, cost=1.0)) == []
+    assert reduced({"": 9.0, "a": 5.0}, "ab", replace(EFFORT, cost=1.0)) == []
 
 
 def backward(
