@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from servosight.diagnose.selection.trials import ModelSelection, Trial
@@ -27,9 +28,11 @@ class SearchEffort:
     they last longer than ``brief_s`` in the mean, a simulation takes longer, and it is less by as
     much, but no less than the share ``least_share``. The steps may take the share ``steps_share``
     of it, whatever was spent before them; the search behind them ends at ``search_share``, so that
-    some is left for what may stand in for its answer; a rich model near the floor may be reduced
-    for ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks may cost
-    ``further_share`` of it more.
+    some is left for what may stand in for its answer. Effects fitted at once are varied up to
+    ``together_share``: what still errs then lacks an effect. A rich model is varied where no more
+    than ``varied_share`` was spent before, so that it can be reduced; near the floor it may be
+    reduced for ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
+    may cost ``further_share`` of it more.
     """
 
     sketched: int = 2
@@ -44,6 +47,8 @@ class SearchEffort:
     brief_s: float = 10.0
     least_share: float = 0.5
     steps_share: float = 0.3
+    together_share: float = 0.4
+    varied_share: float = 0.6
     search_share: float = 0.9
     reduced_share: float = 0.3
     further_share: float = 0.3
@@ -57,6 +62,14 @@ class SearchEffort:
         """True where a ``share`` of the cost has been spent, by default the search's."""
         share = self.search_share if share is None else share
         return models.work.cost >= share * self.most(models)
+
+    def together(
+        self, models: ModelSelection, base: Trial, names: Sequence[str], enough_deg: float,
+        most_deg: float = math.inf,
+    ) -> Trial:  # fmt: skip
+        """``base`` with several effects more, varied as far as that share of the cost goes."""
+        most_cost = self.together_share * self.most(models)
+        return models.together(base, names, enough_deg, most_deg, most_cost)
 
     def varied(self, models: ModelSelection, trial: Trial, enough_deg: float) -> Trial:
         """``trial``, or a better fit of its effects, from variations as far as the cost goes."""

@@ -43,18 +43,19 @@ ROUNDS, IN_VAIN = 5, 2
 
 
 def fit_together(
-    problem: Problem, base: Solution, enough_deg: float = 0.0, most_deg: float = np.inf
-) -> Solution:
+    problem: Problem, base: Solution, enough_deg: float = 0.0, most_deg: float = np.inf,
+    most_cost: float = np.inf,
+) -> Solution:  # fmt: skip
     """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
 
     An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
     not varied, nor one above ``most_deg``, which another model reaches: what it lacks is an effect,
-    not a lower minimum.
+    not a lower minimum. Variations end at ``most_cost`` as those of :func:`fit_varied` do.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg)
     far = 0.0 < FAR * enough_deg < fit.rmse_deg or fit.rmse_deg > most_deg
-    return fit if far else fit_varied(fit, enough_deg)
+    return fit if far else fit_varied(fit, enough_deg, most_cost)
 
 
 def fit_varied(fit: Solution, enough_deg: float = 0.0, most_cost: float = np.inf) -> Solution:

@@ -174,6 +174,7 @@ class InventedModels:
         names: Sequence[str],
         enough_deg: float = 0.0,
         most_deg: float = np.inf,
+        most_cost: float = np.inf,
     ) -> InventedTrial:
         return self.fitted((*base.effects, *names), "together", base.held)
 

@@ -44,9 +44,16 @@ class BackwardSearch:
             if self._is_hopeless(rich):
                 return begun
             if rich.key != begun.key:
-                most = self._varied(rich, criterion.enough_deg)
+                most = self._most(rich, begun)
         self.reduce(self.models.finished(most))
         return begun
+
+    def _most(self, rich: Trial, begun: Trial) -> Trial:
+        """What is to be reduced: the rich model, varied where enough of the cost is left to reduce
+        it afterwards, or as it is near the floor; else that with the first effects."""
+        if not self.effort.is_spent(self.models, self.effort.varied_share):
+            return self._varied(rich, self.visited.criterion.enough_deg)
+        return rich if self._is_near(rich) else begun
 
     def search_unloaded(self) -> bool:
         """The same with k held at 1; True where the data do not ask for another k.
@@ -100,9 +107,9 @@ class BackwardSearch:
         if not new or self.effort.is_spent(models):
             return base
         criterion = self.visited.criterion
-        begun = models.together(base, new, criterion.enough_deg)
+        begun = self.effort.together(models, base, new, criterion.enough_deg)
         if len(new) > policy.core and not criterion.settled(begun.score):
-            core = models.together(base, new[: policy.core], criterion.enough_deg)
+            core = self.effort.together(models, base, new[: policy.core], criterion.enough_deg)
             if not self._is_near(core):
                 self._varied(core, criterion.enough_deg)
             begun = models.no_worse(begun)
@@ -124,7 +131,7 @@ class BackwardSearch:
                 continue
             names = [richer if one == name else one for one in new]
             most_deg = begun.score.train_rmse_deg
-            other = models.together(base, names, criterion.enough_deg, most_deg)
+            other = self.effort.together(models, base, names, criterion.enough_deg, most_deg)
             if criterion.learnt(other.score, begun.score):
                 begun = other
         return begun

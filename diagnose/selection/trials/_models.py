@@ -206,15 +206,17 @@ class ModelSelection:
         return Trial(problem.effects, fit, seen(fit, self.split))
 
     def together(
-        self, base: Trial, names: Sequence[str], enough_deg: float = 0.0, most_deg: float = np.inf
-    ) -> Trial:
+        self, base: Trial, names: Sequence[str], enough_deg: float = 0.0, most_deg: float = np.inf,
+        most_cost: float = np.inf,
+    ) -> Trial:  # fmt: skip
         """``base`` with several effects more, fitted at once from many starts to ``enough_deg``.
 
-        What ends above ``most_deg``, or above what fewer effects reach, is not varied.
+        What ends above ``most_deg``, or above what fewer effects reach, is not varied; nor is more
+        of it once all simulations have come to ``most_cost``.
         """
         problem = self.problem((*base.effects, *names), base.fit.problem.held)
         most_deg = min(most_deg, reached_deg(self.trials, problem.effects))
-        fit = partial(fit_together, problem, base.fit, enough_deg, most_deg)
+        fit = partial(fit_together, problem, base.fit, enough_deg, most_deg, most_cost)
         way, new = f"together to {enough_deg}", " ".join(names)
         return self.judge(fitted_once(self.fits, way, base, new, fit))
 

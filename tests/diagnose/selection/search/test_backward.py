@@ -37,6 +37,25 @@ def test_a_rich_model_is_left_where_it_validates_worse_than_none(
     assert kinds == done
 
 
+@pytest.mark.parametrize(
+    ("cost", "rich_deg", "done"),
+    [
+        (5.1, 1.01, ["vary abc", "reduce bc"]),
+        (4.9, 1.01, ["reduce b", "reduce a"]),
+        (4.9, 0.99, ["reduce bc", "reduce ac"]),
+    ],
+)
+def test_a_rich_model_that_comes_late_and_errs_much_gives_way_to_the_first_effects(
+    cost: float, rich_deg: float, done: list[str]
+) -> None:
+    """Three fits lead to it. Where they are more than 0.6 of what a search may cost, what is left
+    would not do to vary and to reduce it; within ten times the floor of 0.1 deg it is reduced."""
+    models = InventedModels({"": 9.0, "ab": 3.0, "abc": rich_deg})
+    search = replace(backward(models, "abc"), effort=SearchEffort(cost=cost))
+    search.search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert models.done[: 3 + len(done)] == ["first", "together ab", "fit abc", *done]
+
+
 @pytest.mark.parametrize(("single_deg", "at_bounds", "goes_on"), [
     (0.19, "", False), (0.21, "", True), (0.19, "z", True),
 ])  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -162,7 +163,7 @@ def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
     ordinary = ("gravity_load", "torque_saturation", "dead_time", "current_limit")
     fitted: list[tuple[str, ...]] = []
 
-    def together(base: Any, names: tuple[str, ...], enough_deg: float) -> Any:
+    def together(base: Any, names: tuple[str, ...], *limits: float) -> Any:
         fitted.append(tuple(names))
         return base
 
@@ -185,6 +186,18 @@ def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
     visited = Visited(models, replace(CRITERION, policy=policy))
     BackwardSearch(stand_in, visited, EFFORT, silent).together(base)
     assert [tuple(names) for names in fitted] == [("gravity_load", limit)]
+
+
+def test_effects_fitted_at_once_are_varied_for_a_share_of_what_a_search_may_cost() -> None:
+    given: list[tuple[object, ...]] = []
+    models: Any = SimpleNamespace(
+        recordings=(None,),
+        split=SimpleNamespace(mean_s=5.0),
+        together=lambda *all_: given.append(all_),
+    )
+    base: Any = "base"
+    SearchEffort(cost=100.0).together(models, base, ("a", "b"), 0.1)
+    assert given == [("base", ("a", "b"), 0.1, math.inf, 40.0)]
 
 
 def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -> None:
