@@ -50,10 +50,11 @@ def fit_together(
 
     An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
     not varied, nor one above ``most_deg``, which another model reaches: what it lacks is an effect,
-    not a lower minimum. Variations end at ``most_cost`` as those of :func:`fit_varied` do.
+    not a lower minimum. Once all simulations have come to ``most_cost``, no more starts are
+    followed to their end, and nothing is varied.
     """
     begun = _begun(problem, spread(problem, base), STARTS)
-    fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg)
+    fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg, most_cost)
     far = 0.0 < FAR * enough_deg < fit.rmse_deg or fit.rmse_deg > most_deg
     return fit if far else fit_varied(fit, enough_deg, most_cost)
 
@@ -67,6 +68,8 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0, most_cost: float = np.inf
     simulations, those before it as well, have come to ``most_cost`` (``Work``).
     """
     work, in_vain = fit.problem.work, 0
+    if work.cost >= most_cost:
+        return ended(fit)
     fit = over_horizons(fit, enough_deg)
     for seed in range(ROUNDS):
         if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN or work.cost >= most_cost:
@@ -85,12 +88,13 @@ def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
     return sorted(found, key=_cost)
 
 
-def _first_enough(fits: Iterable[Solution], enough_deg: float) -> Solution:
-    """The first fit whose error is ``enough_deg`` at the most, or else the best of all."""
+def _first_enough(fits: Iterable[Solution], enough_deg: float, most_cost: float) -> Solution:
+    """The first fit whose error is ``enough_deg`` at the most, or else the best of all that were
+    made before all simulations came to ``most_cost``."""
     seen: list[Solution] = []
     for fit in fits:
         seen.append(fit)
-        if fit.rmse_deg <= enough_deg:
+        if fit.rmse_deg <= enough_deg or fit.problem.work.cost >= most_cost:
             break
     return min(seen, key=_cost)
 

@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.identify.fit import Solution, fit_together, fit_varied, over_horizons, polish
+from servosight.identify.fit import (
+    Solution,
+    _together,
+    fit_together,
+    fit_varied,
+    over_horizons,
+    polish,
+)
 from servosight.identify.fit._together import spread
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.effects import catalogue
@@ -76,6 +83,18 @@ def test_what_is_drawn_for_an_effect_does_not_depend_on_the_rest_of_the_catalogu
     columns = [[c.name for c in one.coordinates] for one in (problem, other)]
     place = [columns[1].index(name) for name in columns[0]]
     np.testing.assert_allclose(drawn[1][:, place], drawn[0])
+
+
+def test_once_the_cost_is_spent_one_start_is_followed_and_nothing_is_varied(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    followed: list[Solution] = []
+    monkeypatch.setattr(_together, "ended", lambda fit: followed.append(fit) or fit)
+    monkeypatch.setattr(_together, "over_horizons", lambda *given: pytest.fail("it was varied"))
+    base = linear(problem)
+    fit = fit_together(problem, base, 0.0, most_cost=problem.work.cost)
+    assert followed
+    assert all(one is fit for one in followed)
 
 
 def test_variations_leave_a_wrong_minimum_and_end_where_that_is_enough(problem: Problem) -> None:
