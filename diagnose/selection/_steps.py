@@ -47,7 +47,7 @@ class SearchEffort:
     brief_s: float = 10.0
     least_share: float = 0.5
     steps_share: float = 0.3
-    together_share: float = 0.4
+    together_share: float = 0.45
     varied_share: float = 0.6
     search_share: float = 0.9
     reduced_share: float = 0.3

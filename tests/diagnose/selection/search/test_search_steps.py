@@ -197,7 +197,7 @@ def test_effects_fitted_at_once_are_varied_for_a_share_of_what_a_search_may_cost
     )
     base: Any = "base"
     SearchEffort(cost=100.0).together(models, base, ("a", "b"), 0.1)
-    assert given == [("base", ("a", "b"), 0.1, math.inf, 40.0)]
+    assert given == [("base", ("a", "b"), 0.1, math.inf, 45.0)]
 
 
 def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -> None:
