@@ -67,7 +67,7 @@ class SearchEffort:
         self, models: ModelSelection, base: Trial, names: Sequence[str], enough_deg: float,
         most_deg: float = math.inf,
     ) -> Trial:  # fmt: skip
-        """``base`` with several effects more, varied as far as that share of the cost goes."""
+        """``base`` with several effects more, varied as far as ``together_share`` goes."""
         most_cost = self.together_share * self.most(models)
         return models.together(base, names, enough_deg, most_deg, most_cost)
 

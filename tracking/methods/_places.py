@@ -61,7 +61,8 @@ def _measured(place: Footage, progress: FrameProgress | None) -> Track:
 
 
 def _windows(footage: Footage) -> list[Window]:
-    """The pieces of the pictures around the places in which most changes."""
+    """The pieces of the pictures around the places in which most changes; around those beside each
+    other, as one, first."""
     stabilised = footage.stabilised
     places = _places(without_entering(stabilised.pictures, stabilised.content))
     shape = footage.film.images[0].shape

@@ -36,7 +36,7 @@ class BackwardSearch:
         fewer of them the error is larger still. Nor where what they gain is chance.
         """
         criterion, begun = self.visited.criterion, self.together(base)
-        most = begun
+        largest = begun
         if not criterion.done(begun.score):
             if self.visited.is_chance(begun):
                 return begun
@@ -44,11 +44,11 @@ class BackwardSearch:
             if self._is_hopeless(rich):
                 return begun
             if rich.key != begun.key:
-                most = self._most(rich, begun)
-        self.reduce(self.models.finished(most))
+                largest = self._largest(rich, begun)
+        self.reduce(self.models.finished(largest))
         return begun
 
-    def _most(self, rich: Trial, begun: Trial) -> Trial:
+    def _largest(self, rich: Trial, begun: Trial) -> Trial:
         """What is to be reduced: the rich model, varied where enough of the cost is left to reduce
         it afterwards, or as it is near the floor; else that with the first effects."""
         if not self.effort.is_spent(self.models, self.effort.varied_share):

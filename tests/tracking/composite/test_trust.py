@@ -69,7 +69,7 @@ def test_a_part_pointed_at_may_be_measured_roughly(apart_share: float, refused: 
 
 
 def test_of_a_small_motion_little_may_change_without_the_pivot() -> None:
-    """Of 5 deg, the range less its widest gap of 0.5 deg, 0.2 deg: as of a cable that slides."""
+    """Of 5 deg, the range less its widest gap of 0.5 deg, 0.2 deg: more is a part that slides."""
     small = [fit(np.deg2rad(0.5 * n), 0.9) for n in range(12)]
     assert distrust(0.19, 0.5 * SIGMA_DEG, small, pointed=False) is None
     why = distrust(0.21, 0.5 * SIGMA_DEG, small, pointed=False)
