@@ -79,7 +79,8 @@ class InventedModels:
     ``held_deg`` are errors of sets with k held; ``usual`` are the weights and frictions;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
-    T to a bound; ``on_command`` are effects of the command; ``done`` is told of every fit in order.
+    T to a bound; ``on_command`` are effects of the command, ``jumpy`` those with whose parameters a
+    prediction jumps; ``done`` is told of every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -96,6 +97,7 @@ class InventedModels:
     driven: Mapping[str, str] = field(default_factory=dict)
     core_at_bounds: Sequence[str] = ()
     on_command: str = ""
+    jumpy: str = ""
     trials: dict[object, InventedTrial] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -113,6 +115,7 @@ class InventedModels:
                 contains=tuple(self.contains.get(n, "")),
                 usual=self.usual.get(n),
                 place=Place.COMMAND if n in self.on_command else Place.LOAD,
+                parameters=(SimpleNamespace(jumpy=n in self.jumpy),),
             )
             for n in names
         }

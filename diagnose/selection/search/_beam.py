@@ -93,6 +93,8 @@ class BeamSearch:
         """Visit ``base`` with each of the effects that promise most, its special cases, and the
         ordinary effects of which it has a special case: these promise little to first order."""
         for name in self.visited.removable(base):
+            if self.effort.is_spent(self.models):
+                return
             self.visited.special_cases(base, name)
         for name in self.models.candidates(base):
             special = set(self.models.catalogue[name].contains) & set(base.effects)
@@ -102,6 +104,8 @@ class BeamSearch:
         names = screen.best(self.effort.fitted)
         sketches = []
         for i, name in enumerate(names):
+            if self.effort.is_spent(self.models):
+                return
             self.progress(f"effect {len(base.effects) + 1}: trying {name}", i, len(names))
             if key_of(self.models.with_effect(base, name)) not in self.models.trials:
                 sketches.append((self.models.sketched(base, name), name))

@@ -89,7 +89,11 @@ def kernel(effects: Mapping[str, Effect]) -> tuple[Callable[..., Any], ...]:
     """The functions :data:`ENTRIES` of the kernel for these effects, in that order.
 
     Each is compiled when it is called, or comes from the cache where it stands already.
+
+    Threads that have nothing to simulate sleep, unless ``OMP_WAIT_POLICY`` says otherwise: where
+    another program needs a core, threads that wait actively slow simulations threefold.
     """
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # read when numba starts its threads
     text = kernel_source(effects.values())
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     module_name = f"servosight_kernel_{digest}"

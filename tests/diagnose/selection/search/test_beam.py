@@ -147,6 +147,21 @@ def test_nothing_is_varied_once_the_simulations_are_spent(spent: int) -> None:
     assert varied(models.done) == ([] if spent else ["a"])
 
 
+@pytest.mark.parametrize(
+    ("cost", "done"), [(2.0, []), (2.5, ["fit c"]), (3.5, ["fit c", "sketch a+b"])]
+)
+def test_an_extension_ends_once_the_simulations_are_spent(cost: float, done: list[str]) -> None:
+    """Two are the linear model and ``a``, whose special case ``c`` comes first."""
+    models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.29, "c": 1.0}, contains={"a": "c"})
+    for effects in ("", "a"):
+        models.fitted(tuple(effects), "first")
+    models.done.clear()
+    visited = Visited(models, CRITERION)  # type: ignore[arg-type]
+    effort = SearchEffort(beam=1, cost=cost / EFFORT.search_share)
+    BeamSearch(models, visited, effort, silent).search()  # type: ignore[arg-type]
+    assert models.done[:2] == done
+
+
 def test_the_progress_says_how_many_effects_and_which_is_tried() -> None:
     shown: list[tuple[str, int, int | None]] = []
 

@@ -69,6 +69,17 @@ def test_what_a_fit_without_an_effect_comes_to_refuses_it() -> None:
     assert best_of(models, "ab") == "a"
 
 
+@pytest.mark.parametrize(("jumpy", "left"), [("", "b"), ("b", "a"), ("a", "b")])
+def test_the_fit_without_a_jumpy_effect_comes_to_its_end_first(jumpy: str, left: str) -> None:
+    """Either end refuses: the other fit, which takes longer, is then left as it is."""
+    errors = {"": 1.0, "a": 0.5, "b": 0.5, "ab": 0.1}
+    models = InventedModels(errors, finished_deg={"a": 0.1, "b": 0.1}, jumpy=jumpy)
+    seen = visited(models, "ab")
+    assert not seen.is_accepted(models.trials[("a", "b"), ()])  # type: ignore[arg-type]
+    ended = {one for one in "ab" if models.trials[(one,), ()].fit.cost == 0.1}
+    assert ended == {left}
+
+
 @pytest.mark.parametrize(
     ("fitted_deg", "validation_deg", "held"),
     [(0.3, 0.3, ("k",)), (0.296, 0.296, ("k",)), (0.2, 0.2, ()), (0.3, 0.2, ("k",))],
