@@ -93,8 +93,8 @@ class Visited:
         return earned and (trial.effects == self.models.first().effects or self._frees(trial))
 
     def _is_smooth(self, name: str) -> bool:
-        """False for an effect with whose parameters a prediction jumps: a fit with it takes ten
-        times as long as one without, so what does without it is fitted first."""
+        """False for an effect with whose parameters a prediction jumps: a fit with it costs many
+        times one without, so what does without it is fitted first."""
         return not any(one.jumpy for one in self.models.catalogue[name].parameters)
 
     def _ended(self, trial: Trial) -> Trial:
