@@ -114,7 +114,10 @@ def _result(
     levels, models, stable = data.levels, outcome.models, outcome.stability
     judged, judged_last = models.tested(outcome.linear), models.tested(outcome.last)
     left = findings(judged_last, levels.floor_deg, levels.noise_deg)
-    evidence = gather(models, outcome.linear, outcome.last, judged_last, left, outcome.criterion)
+    evidence = replace(
+        gather(models, outcome.linear, outcome.last, judged_last, left, outcome.criterion),
+        cut_short=outcome.selected.cut_short,
+    )
     next_ = _next(data, outcome, verdict, rivals, evidence)
     headline, summary = headline_and_summary(
         verdict,
@@ -198,5 +201,5 @@ def _warnings(
         *compensating(verdict, last.effects, evidence, slight),
         *unmoved(last),
         *doubts(verdict, last, data.levels),
-        *ended(verdict, outcome.selected.cut_short, outcome.simulations),
+        *ended(verdict, evidence.cut_short, outcome.simulations),
     )

@@ -22,7 +22,8 @@ class Evidence:
 
     ``repeated``: how much of it repeats, None where no command does; ``unexplained``: what is left
     of it, None where nothing is; ``detectable``: from which size on each other one would show;
-    ``too_weak``: a sentence on an effect with which nothing is left and that is not accepted.
+    ``too_weak``: a sentence on an effect with which nothing is left and that is not accepted;
+    ``cut_short``: the search ended because of its cost, with sets of effects untried.
     """
 
     regimes: tuple[Regime, ...]
@@ -30,6 +31,7 @@ class Evidence:
     unexplained: Unexplained | None
     detectable: tuple[Detectable, ...]
     too_weak: str | None = None
+    cut_short: bool = False
 
     @property
     def leading(self) -> Regime | None:

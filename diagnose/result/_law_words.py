@@ -9,10 +9,11 @@ from servosight.diagnose.residuals import phrased
 from servosight.models.core import degrees
 
 
-def law_words(law: Law, effects: Sequence[str]) -> tuple[str, str]:
+def law_words(law: Law, effects: Sequence[str], remains: str) -> tuple[str, str]:
     """Headline, and what was found beside the ``effects`` of the last model.
 
-    A search that ends early may leave what an effect of the catalogue would account for.
+    A search that ends early may leave what an effect of the catalogue would account for; where none
+    has an equation like the law's, ``remains`` says what is left.
     """
     closed = f"{100.0 * min(law.closed, 1.0):.0f} %"
     named = f" with {phrased(effects)}" if effects else ""
@@ -33,6 +34,5 @@ def law_words(law: Law, effects: Sequence[str]) -> tuple[str, str]:
     )
     return (
         f"{left}; a law closes {closed} of the gap",
-        f"Something remains that no known effect accounts for: a torque that {terms}. With this "
-        f"law {gone}",
+        f"{remains[0].upper()}{remains[1:]}: a torque that {terms}. With this law {gone}",
     )

@@ -97,8 +97,9 @@ def compensating(
             f"be accepted, or faults of the log, such as wrong values and late stamps; the fitted "
             f"values may be off by more than their sigma"
         ]
+    lacked = "it lacks" if known.cut_short else "is not in the catalogue"
     return [
-        f"the fitted values of {model} compensate for an effect that is not in the catalogue; "
+        f"the fitted values of {model} compensate for an effect that {lacked}; "
         f"they are not physical: do not use them"
     ]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import (
     Evidence,
-    Regime,
     Repeated,
     Stability,
     Unexplained,
@@ -32,6 +31,9 @@ FAR_BELOW = 0.5
 """An error below this share of the floor is far below it."""
 HELPS = 0.05
 """A candidate that lowers the error by less is not worth a word."""
+_TRIED = "something remains that no known effect accounts for"
+_UNTRIED = "something remains that no set of known effects that was tried accounts for"
+_NOTHING = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,9 +95,7 @@ def headline_and_summary(
     effects leaves them open.
     """
     certain = stable.named(ladder[-1].effects)
-    headline, summary = verdict_words(
-        verdict, ladder, candidates, law, levels, known.leading, stable.named, known.accounted
-    )
+    headline, summary = verdict_words(verdict, ladder, candidates, law, levels, known, stable.named)
     lines = [
         summary,
         known.too_weak or "",
@@ -119,15 +119,15 @@ def verdict_words(
     candidates: Sequence[Candidate],
     law: Law | None,
     levels: Levels,
-    regime: Regime | None = None,
+    known: Evidence = _NOTHING,
     named: Callable[[Sequence[str]], Sequence[str]] = tuple,
-    accounted: bool = False,
 ) -> tuple[str, str]:
     """Headline, and one sentence or two.
 
-    ``regime`` is one beyond the fitted data that holds most of the error: it comes first. On its
-    account, or where the error is ``accounted`` for, nothing is said to be missing from the
-    catalogue. Of the effects that were added those are called missing that ``named`` makes of them.
+    A regime beyond the fitted data that holds most of the error comes first. On its account, or
+    where the error is accounted for, nothing is said to be missing from the catalogue; where the
+    search was cut short, only from what it tried. Of the effects that were added those are called
+    missing that ``named`` makes of them.
     """
     first, last = ladder[0].held_out_rmse_deg, ladder[-1].held_out_rmse_deg
     effects, base = ladder[-1].effects, named_model(ladder[0].effects, ladder[0].base)
@@ -152,21 +152,22 @@ def verdict_words(
             f"The {base} of this servo {_wrong(named(added), gone)}. With "
             f"{phrased(effects) or 'none'} in the model, {fell}, {levels.words(last)}.",
         )
-    if regime is not None:
+    if known.leading is not None:
         error = f"Over all test data the rms error of the {base} is {degrees(first)}"
         error = f"With {phrased(added)} added to the {base}, {fell}" if added else error
         return (
             "The error is outside the fitted data",
-            f"{regime.words} {error}, {levels.words(last)}.",
+            f"{known.leading.words} {error}, {levels.words(last)}.",
         )
+    remains = _UNTRIED if known.cut_short else _TRIED
     if law is not None:
-        return law_words(law, effects)
+        return law_words(law, effects, remains)
     if added:
         missed = _missed(ladder[-1], levels, "still ")
         return (
             "Not fully explained",
             f"With {phrased(added)} added to the {base}, {fell}, {missed}"
-            + ("." if accounted else ": something remains that no known effect accounts for."),
+            + ("." if known.accounted else f": {remains}."),
         )
     error = f"The rms error of the {base} on test data is {degrees(first)}, "
     error += f"{_missed(ladder[0], levels)}; {_best_single(candidates, first)}."

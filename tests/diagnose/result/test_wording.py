@@ -95,6 +95,21 @@ def test_without_a_law_the_headline_says_what_is_not_explained() -> None:
     assert "times the floor" in summary
 
 
+@pytest.mark.parametrize("found", [None, law(0.91, 0.15)], ids=["no law", "a law"])
+def test_where_the_search_was_cut_short_only_what_was_tried_is_said_to_fail(
+    found: Law | None,
+) -> None:
+    """What is left out may be an effect of the catalogue whose set was never fitted."""
+    ladder = [step(1.0), step(0.5, "backlash")]
+    whole = Evidence(regimes=(), repeated=None, unexplained=None, detectable=())
+    short = replace(whole, cut_short=True)
+    _, tried = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS, whole)
+    assert "omething remains that no known effect accounts for" in tried
+    _, untried = verdict_words(Verdict.UNEXPLAINED, ladder, [], found, LEVELS, short)
+    assert "omething remains that no set of known effects that was tried accounts for" in untried
+    assert "no known effect" not in untried
+
+
 def test_where_validation_data_alone_miss_the_floor_the_sentence_says_so() -> None:
     """The test data may stand still; then their error is none of the model's motion."""
     last = replace(step(0.003, "backlash"), validation_rmse_deg=1.02)
@@ -169,6 +184,10 @@ def test_values_that_stand_for_a_missing_effect_are_called_not_physical() -> Non
     (warning,) = compensating(Verdict.UNEXPLAINED, ("dead_time", "backlash"), known, False)
     assert "the model with a dead time and backlash" in warning
     assert warning.endswith("they are not physical: do not use them")
+    (short,) = compensating(
+        Verdict.UNEXPLAINED, ("backlash",), replace(known, cut_short=True), False
+    )
+    assert "compensate for an effect that it lacks; they are not physical" in short
     assert compensating(Verdict.EXPLAINED, ("backlash",), known, False) == []
     assert compensating(Verdict.UNEXPLAINED, (), known, False) == []
 
