@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -10,7 +11,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite.parts import TurningPart
-from servosight.tracking.verification import Gains
+from servosight.tracking.core import threaded
 
 _AS_GOOD = 0.8
 _NEAR_PX, _NEAR_RAD = 12, 0.3
@@ -35,8 +36,8 @@ class Sighting:
     ) -> Sighting:  # fmt: skip
         """In a picture that is 1 / ``scale`` times as large as those the part was found in."""
         coarse = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-        seen = part.view.of(np.asarray(coarse, np.float32))[None]
-        gain = Gains.of(part.view, seen, part.behind).by(part.part, part.cover)[0]
+        seen = part.view.of(np.asarray(coarse, np.float32))
+        gain = part.view.gains(seen, part.behind, part.part, part.cover)
         return cls(part.view.angles(), gain, near)
 
     @property
@@ -78,10 +79,11 @@ class Sighting:
 def followed(part: TurningPart, scale: float, pictures: Single, index: Array) -> Array:
     """The angles [rad] of sampled pictures (n, height, width), frames number ``index`` (n,), each
     near the one before where it may be: of a wheel, spokes are not to be taken for each other."""
-    angles = [Sighting.of(part, scale, pictures[0]).most_likely]
-    for picture, since in zip(pictures[1:], np.diff(index).tolist(), strict=True):
+    seen = threaded(partial(Sighting.of, part, scale), list(pictures))
+    angles = [seen[0].most_likely]
+    for one, since in zip(seen[1:], np.diff(index).tolist(), strict=True):
         near = (angles[-1], farthest_rad(part, since))
-        angles.append(Sighting.of(part, scale, picture, near).most_likely)
+        angles.append(replace(one, near=near).most_likely)
     return np.array(angles)
 
 

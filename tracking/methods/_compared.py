@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from servosight.models.core import Image
+from servosight.models.core import Image, Mask, Single
 from servosight.tracking.acquisition import swept
 from servosight.tracking.core import Track
 
@@ -33,12 +33,31 @@ def beside(one: Track, other: Track) -> bool:
 def change_of(track: Track, images: Sequence[Image]) -> float:
     """How much changes in pictures (height, width) of one camera position where a part passes: the
     sum of the variances of their pixels [grey levels^2]."""
-    height, width = images[0].shape
-    size = (max(width // _SMALLER, 1), max(height // _SMALLER, 1))
-    small = [cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images]
+    return float(_changes(images)[_passed(track, images)].sum())
+
+
+def changes_beside(track: Track, images: Sequence[Image], share: float) -> bool:
+    """Whether the pictures change where a part does not pass by more than this share of what they
+    change by where it does."""
+    changes, inside = _changes(images), _passed(track, images)
+    return float(changes[~inside].sum()) > share * float(changes[inside].sum())
+
+
+def _changes(images: Sequence[Image]) -> Single:
+    """The variance of each pixel of the pictures, made smaller."""
+    small = [cv2.resize(one, _size(images), interpolation=cv2.INTER_AREA) for one in images]
+    return np.asarray(np.stack(small).astype(np.float32).var(0))
+
+
+def _passed(track: Track, images: Sequence[Image]) -> Mask:
+    """Where a part passes in these smaller pictures."""
     passed = swept(track, images[0].shape).astype(np.uint8)
-    inside = cv2.resize(passed, size, interpolation=cv2.INTER_NEAREST) > 0
-    return float(np.stack(small).astype(np.float32)[:, inside].var(0).sum())
+    return np.asarray(cv2.resize(passed, _size(images), interpolation=cv2.INTER_NEAREST) > 0)
+
+
+def _size(images: Sequence[Image]) -> tuple[int, int]:
+    height, width = images[0].shape
+    return max(width // _SMALLER, 1), max(height // _SMALLER, 1)
 
 
 def _reach_px(track: Track) -> float:

@@ -48,6 +48,15 @@ def composite(film: Film, options: TrackOptions, progress: FrameProgress | None 
     return track if other is None else surest(track, other)
 
 
+def composite_about(
+    film: Film, options: TrackOptions, pivot_px: tuple[float, float],
+    progress: FrameProgress | None = None,
+) -> Track:  # fmt: skip
+    """As ``composite``, of the part that turns about a known pivot and of no other;
+    ``TrackRefused`` where none is found there."""
+    return _as_given(film, replace(options, pivot=pivot_px), progress)
+
+
 def _without_pivot(
     film: Film, options: TrackOptions, progress: FrameProgress | None
 ) -> Track | None:

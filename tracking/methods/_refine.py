@@ -15,8 +15,14 @@ from servosight.tracking.appearance.layers import LayerEstimator, layer_estimato
 from servosight.tracking.calibration.shutter import find_shutter, first_pass
 from servosight.tracking.composite import TRUST, swept_deg, uncertain
 from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
-from servosight.tracking.methods._compared import alike, beside, change_of, surest
-from servosight.tracking.methods._composite import composite
+from servosight.tracking.methods._compared import (
+    alike,
+    beside,
+    change_of,
+    changes_beside,
+    surest,
+)
+from servosight.tracking.methods._composite import composite, composite_about
 from servosight.tracking.methods._frames import (
     MovingPart,
     TrackedPart,
@@ -29,6 +35,7 @@ from servosight.tracking.video import Film
 
 _PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
 _MORE = 2.0  # times the change of the pictures, of another part that is measured in its place
+_LITTLE = 0.25  # of the change of a part: what changes elsewhere is then no part that is meant
 
 
 def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
@@ -108,7 +115,7 @@ def _surer_of_both(
     the pictures.
     """
     try:
-        other = composite(film, options, progress)
+        other = _compared_to(measured, film, options, progress)
     except TrackRefused:
         return measured
     if not alike(measured, other):
@@ -122,6 +129,17 @@ def _surer_of_both(
                 tracked_part(timed, options, progress, prepare).along_axis()
             )
     return surest(measured, other)
+
+
+def _compared_to(
+    measured: Track, film: Film, options: TrackOptions, progress: FrameProgress | None
+) -> Track:
+    """The track of ``composite`` of the part that changes most; of the same part, where little
+    changes elsewhere: that takes a third of the time or less."""
+    if not options.pointed and not changes_beside(measured, film.stabilised.images, _LITTLE):
+        with suppress(TrackRefused):
+            return composite_about(film, options, measured.pivot_px, progress)
+    return composite(film, options, progress)
 
 
 def _of_two(measured: Track, other: Track, images: Sequence[Image]) -> Track:

@@ -20,6 +20,7 @@ from servosight.tracking.composite import (
     outline_of,
     settled_part,
 )
+from servosight.tracking.core import threaded
 
 _ABOUT = 0.9  # of what the first one explains
 _SAME = 0.3  # of the smaller one's area lies in the other: elsewhere another part turns
@@ -46,7 +47,8 @@ def best_first(
     ]
     if len(rivals) < 2:
         return list(parts)
-    gains = [settled_part(stabilised, parts[number], hint)[1].gain for number in rivals]
+    learnt = threaded(lambda number: settled_part(stabilised, parts[number], hint), rivals)
+    gains = [meter.gain for _, meter in learnt]
     order = [rivals[place] for place in np.argsort(gains)[::-1]]
     return [parts[n] for n in (*order, *(n for n in range(len(parts)) if n not in rivals))]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import known_median, threaded, turned
-from servosight.tracking.verification._turning import Gains, PolarView
+from servosight.tracking.verification._turning import Gains, PolarView, rows_of
 
 _MARGIN_PX = 3
 _SHADOW_PX = 7
@@ -82,7 +82,7 @@ class TurningScene:
         level = known_median(own.T.astype(np.float32))[:, None]
         behind = np.where(np.isfinite(self._behind), self._behind, level).astype(np.float32)
         seen = np.stack([self.view.of(frame) for frame in self.frames])
-        return Gains.of(self.view, seen, behind).by(self.part, self.cover)
+        return Gains.of(self.view, seen, behind, rows_of(self.cover)).by(self.part, self.cover)
 
     def picture(self, angle_rad: float) -> Single:
         """The turned part over its background on the raster; (rows, columns)."""

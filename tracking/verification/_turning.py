@@ -77,29 +77,35 @@ class PolarView:
         All on the raster; ``cover`` is 1 on the part. The sum over the part's area of the squared
         difference from what is behind, less that from the part. NaN is left out.
         """
-        return np.asarray(Gains.of(self, frame[None], behind).by(part, cover)[0])
+        gains = Gains.of(self, frame[None], behind, rows_of(cover))
+        return np.asarray(gains.by(part, cover)[0])
 
 
 @dataclass(frozen=True)
 class Gains:
     """Pictures and background on a raster, ready to be compared with parts at all angles.
 
-    Their spectra are computed once, in single precision.
+    Their spectra are computed once, in single precision, of the ``rows`` in which the parts lie.
     """
 
     columns: int
+    rows: slice
     weight: NDArray[np.complex64]
     square: NDArray[np.complex64]
     double: NDArray[np.complex64]
 
     @classmethod
-    def of(cls, view: PolarView, seen: Single, behind: Single) -> Gains:
-        """Of pictures (pictures, rows, columns) over a background (rows, columns)."""
+    def of(
+        cls, view: PolarView, seen: Single, behind: Single, rows: slice = slice(None)
+    ) -> Gains:  # fmt: skip
+        """Of pictures (pictures, rows, columns) over a background (rows, columns), both whole."""
+        seen, behind = seen[:, rows], behind[rows]
         known = np.isfinite(behind) & np.isfinite(seen).all(0)
-        weight: Single = np.where(known, view.radius_px[:, None], 0.0).astype(np.float32)
+        weight: Single = np.where(known, view.radius_px[rows, None], 0.0).astype(np.float32)
         still, frames = np.where(known, behind, np.float32(0)), np.where(known, seen, np.float32(0))
         return cls(
             view.columns,
+            rows,
             _spectrum(weight),
             _spectrum(weight * still * (still - 2.0 * frames)),
             _spectrum(2.0 * weight * frames),
@@ -108,15 +114,24 @@ class Gains:
     def by(self, part: Single, cover: Single) -> Array:
         """By how much a part (rows, columns) explains each picture better than the background does,
         at ``PolarView.angles``; (pictures, columns)."""
+        part, cover = part[self.rows], cover[self.rows]
         on = np.where(np.isfinite(part), cover, np.float32(0)).astype(np.float32)
-        picture = np.nan_to_num(part)
-        rows = np.flatnonzero(on.any(1))
-        inner = slice(rows[0], rows[-1] + 1) if rows.size else slice(0, 1)
-        on, picture = on[inner], picture[inner]
+        inner = rows_of(on)
+        on, picture = on[inner], np.nan_to_num(part)[inner]
         total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
         total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
         total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)
         return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
+
+
+def rows_of(cover: Single) -> slice:
+    """The rows of a shape (rows, columns) from the first to the last one that has any of it.
+
+    >>> rows_of(np.array([[0, 0], [0, 1], [0, 0], [1, 0], [0, 0]], np.float32))
+    slice(1, 4, None)
+    """
+    rows = np.flatnonzero(cover.any(1))
+    return slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else slice(0, 1)
 
 
 def _spectrum(values: Array | Single) -> NDArray[np.complex64]:

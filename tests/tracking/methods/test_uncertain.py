@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ ROUGH = replace(
     sigma_deg=np.full(9, 1.5 * TRUST.largest_sigma_deg),
 )
 SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
+GREY = [np.full((80, 200), 100, np.uint8)] * 9
 REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
 
 
@@ -48,18 +50,18 @@ class Film:
 
 def refined(
     monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, again: Found | None = None,
-    images: Sequence[Image] = (), **given: Any,
+    images: Sequence[Image] = GREY, about: Found = REFUSED, **given: Any,
 ) -> Track:  # fmt: skip
     """What ``refine`` returns where its two methods return these, or refuse so.
 
     ``again`` is what the first one does with shutters that are given; None: as without. ``images``
-    are the film's.
+    are the film's, ``about`` is what the second one does about the pivot of the first one's part.
     """
 
-    def composite(*_: object) -> Track:
-        if isinstance(second, TrackRefused):
-            raise second
-        return second
+    def composite(*_: object, found: Found = second) -> Track:
+        if isinstance(found, TrackRefused):
+            raise found
+        return found
 
     def tracked_part(film: Film, *_: object) -> TrackedPart:
         found = first if again is None or film.shutters is None else again
@@ -71,6 +73,7 @@ def refined(
 
     monkeypatch.setattr(_refine, "tracked_part", tracked_part)
     monkeypatch.setattr(_refine, "composite", composite)
+    monkeypatch.setattr(_refine, "composite_about", partial(composite, found=about))
     film: Any = Film(Path("fin.mp4"), images=images)
     return _refine.refine(film, TrackOptions(**given))
 
@@ -200,6 +203,28 @@ def test_another_part_does_not_take_the_place_of_one_whose_times_are_uncertain(
     assert refined(monkeypatch, late, other).shutters is late.shutters
 
 
+@pytest.mark.parametrize(("elsewhere", "known"), [(0.0, True), (15.0, True), (35.0, False)])
+def test_where_little_changes_elsewhere_only_the_part_that_is_known_is_measured_again(
+    monkeypatch: pytest.MonkeyPatch, elsewhere: float, known: bool
+) -> None:
+    """It changes by 40 grey levels; elsewhere as large an area changes by 15, a seventh of the
+    variance, or by 35, three quarters of it."""
+    late, about, any_ = (timed(SURE, doubt_s) for doubt_s in (6e-3, 2e-3, 1e-3))
+    images = changed(40.0, elsewhere)
+    found = refined(monkeypatch, late, any_, images=images, about=about)
+    assert found.shutters is (about if known else any_).shutters
+    nowhere = refined(monkeypatch, late, any_, images=images)
+    assert nowhere.shutters is any_.shutters
+
+
+def changed(*levels: float) -> list[Image]:
+    """Pictures that change by some grey levels about 50,40, where the part turns, and 150,40."""
+    images = np.full((9, 80, 200), 100.0)
+    for level, left in zip(levels, (50, 150), strict=True):
+        images[::2, 25:55, left - 5 : left + 25] += level
+    return list(images.astype(np.uint8))
+
+
 @pytest.mark.parametrize(
     ("levels", "taken"), [((40.0, 10.0), "first"), ((40.0, 50.0), "first"), ((10.0, 40.0), "other")]
 )
@@ -213,10 +238,7 @@ def test_of_two_parts_that_turn_each_in_its_own_way_that_which_changes_far_more_
         timed(SURE, 2e-3), angle_deg=np.abs(SURE.angle_deg - 20.0), pivot_px=(150.0, 40.0),
         outline_px=SURE.outline_px + np.array([100.0, 0.0]),
     )  # fmt: skip
-    images = np.full((9, 80, 200), 100.0)
-    for level, left in zip(levels, (50, 150), strict=True):
-        images[::2, 25:55, left - 5 : left + 25] += level
-    pictures = list(images.astype(np.uint8))
+    pictures = changed(*levels)
     found = refined(monkeypatch, first, other, images=pictures)
     one, left_out = (first, other) if taken == "first" else (other, first)
     assert found.pivot_px == one.pivot_px

@@ -175,13 +175,14 @@ def _seen(
     """What pictures (n, height, width) at angles (n,) and the background show at cells of the
     raster, given by row and column; (n, cells) each, NaN beyond the pictures."""
     radius, phi = view.radius_px[cells[0]], view.step_rad * cells[1]
+    places = np.stack([radius * np.cos(phi), radius * np.sin(phi)])
     seen = np.empty((len(pictures), phi.size), np.float32)
     still = np.empty_like(seen)
     behind = np.ascontiguousarray(behind, np.float32)
 
     def look(number: int) -> None:
         picture = np.ascontiguousarray(pictures[number], np.float32)
-        _look(picture, behind, view.pivot_px, radius, phi + angle_rad[number], seen[number],
+        _look(picture, behind, view.pivot_px, places, angle_rad[number], seen[number],
               still[number])  # fmt: skip
 
     threaded(look, range(len(pictures)))
@@ -189,13 +190,15 @@ def _seen(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look(picture, behind, pivot_px, radius_px, turned_rad, seen, still):  # type: ignore[no-untyped-def]
-    """Fill in what a picture and the background (height, width) show at places about a pivot (n,),
-    interpolated linearly; NaN beyond the picture."""
+def _look(picture, behind, pivot_px, places_px, angle_rad, seen, still):  # type: ignore[no-untyped-def]
+    """Fill in what a picture and the background (height, width) show at places (2, n) right of a
+    pivot and above it, turned about it by an angle; interpolated linearly, NaN beyond the picture.
+    """
     height, width = picture.shape
-    for n in range(radius_px.size):
-        x = pivot_px[0] + radius_px[n] * np.cos(turned_rad[n])
-        y = pivot_px[1] - radius_px[n] * np.sin(turned_rad[n])
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    for n in range(seen.size):
+        x = pivot_px[0] + cos * places_px[0, n] - sin * places_px[1, n]
+        y = pivot_px[1] - sin * places_px[0, n] - cos * places_px[1, n]
         if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
             seen[n] = still[n] = np.nan
             continue

@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import known_median, threaded
-from servosight.tracking.verification import Gains, PolarView
+from servosight.tracking.verification import Gains, PolarView, rows_of
 
 _SIGMAS, _LEAST_STEP = 4.0, 5.0
 _MOVED_SHARE = 0.04  # of the pictures in which a place must change
@@ -220,7 +220,7 @@ def learnt(
         cover = _shape(own, np.where(often, against, np.nan), change.noise, view)
         if not cover.any():
             return None
-        gains = Gains.of(view, seen, behind)
+        gains = Gains.of(view, seen, behind, rows_of(cover))
     gain = gains.by(part, cover)
     explained = _mean_where_telling(_share(gain.max(1), view, change), change)
     return TurningPart(view, angles[np.argmax(gain, axis=1)], behind, part, cover, explained)

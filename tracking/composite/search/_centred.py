@@ -11,6 +11,7 @@ from servosight.models.core import Array, Single
 from servosight.tracking.composite._hint import Hint, references_for
 from servosight.tracking.composite.model import CompositeModel, pivot_step
 from servosight.tracking.composite.parts import Change, Reference, TurningPart, learnt
+from servosight.tracking.core import threaded
 
 FAR = 0.62  # of the longer side: how far a part reaches
 _ROUNDS, _SETTLED_PX = 5, 0.2
@@ -24,7 +25,7 @@ def parts_about(
     """The parts learnt about each of the pivots about which something holds."""
     reach = FAR * max(pictures.shape[1:])
     places = [(float(x), float(y)) for x, y in pivots]
-    parts = [learnt(pictures, change, place, reach, references) for place in places]
+    parts = threaded(lambda place: learnt(pictures, change, place, reach, references), places)
     return [part for part in parts if part is not None]
 
 
@@ -38,7 +39,8 @@ def softly_corrected(pictures: Single, pivots: list[Array], hint: Hint | None) -
     seen = hint and replace(hint, picture=_blurred(hint.picture))
     references = references_for(soft, change, seen)
     parts = parts_about(soft, change, pivots, references)
-    return [np.array(converged(soft, change, part, references).view.pivot_px) for part in parts]
+    better = threaded(lambda part: converged(soft, change, part, references), parts)
+    return [np.array(part.view.pivot_px) for part in better]
 
 
 def _blurred(picture: Single) -> Single:

@@ -27,7 +27,6 @@ from servosight.tracking.composite.search._centred import (
 )
 from servosight.tracking.composite.search._pivots import APART, Referring, promising_pivots, scaled
 from servosight.tracking.core import known_median
-from servosight.tracking.verification import Gains
 
 _MIDDLE_PX = 240  # the longer side
 _PICTURES = 20
@@ -266,7 +265,7 @@ def _pointed_at(part: TurningPart, hint: Hint) -> bool:
     if hint.region is None:
         return True
     view = part.view
-    gains = Gains.of(view, view.of(hint.picture)[None], part.behind).by(part.part, part.cover)[0]
+    gains = view.gains(view.of(hint.picture), part.behind, part.part, part.cover)
     angle = float(view.angles()[int(np.argmax(gains))])
     cover = cover_in(view, part.cover > 0.5, angle, hint.picture.shape)
     least = _COVERED * min(int(hint.region.sum()), int(cover.sum()))
