@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import cv2
 import numpy as np
@@ -143,7 +143,7 @@ class Footage:
             pictures = np.where(first, known_median(pictures), pictures)
         if found is None:
             parts = find_parts(pictures, self.hint, content)
-            parts = best_first(self.stabilised, parts, self.hint)
+            parts = best_first(self.stabilised, parts, self.settled)
         else:
             parts = parts_otherwise(pictures, found, self.hint, content)
         if first is None:
@@ -153,6 +153,18 @@ class Footage:
             for one in parts
         ]
 
+    def settled(self, part: FoundPart) -> tuple[FoundPart, PartMeter]:
+        """The part learnt about the better pivot that it leads to, and its meter; once for each."""
+        if id(part) not in self._settled:
+            learnt = settled_part(self.stabilised, part, self.hint)
+            self._settled[id(part)] = part, learnt
+        return self._settled[id(part)][1]
+
+    @cached_property
+    def _settled(self) -> dict[int, tuple[FoundPart, tuple[FoundPart, PartMeter]]]:
+        """By the parts' identity, which is theirs as long as they are kept here."""
+        return {}
+
     def check(self, parts: Sequence[FoundPart]) -> None:
         """``TrackRefused``, with all parts drawn, where the one to measure is not there."""
         pick = self.options.pick
@@ -161,7 +173,7 @@ class Footage:
 
     def measured(self, part: FoundPart, progress: FrameProgress | None) -> Track:
         """The part's track; ``TrackRefused`` where the frames do not confirm it."""
-        settled, meter = settled_part(self.stabilised, part, self.hint)
+        settled, meter = self.settled(part)
         if not meter.visible:  # what is left about the pivot that it leads to is no part
             raise self.nothing([])
         share = max(part.explained_there, settled.explained_there)

@@ -7,7 +7,7 @@ through 84 deg, 81 % about its hinge and 82 % about a point beside it, by 33 deg
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -15,10 +15,9 @@ import numpy as np
 from servosight.models.core import Array, Mask
 from servosight.tracking.composite import (
     FoundPart,
-    Hint,
+    PartMeter,
     StabilisedSample,
     outline_of,
-    settled_part,
 )
 from servosight.tracking.core import threaded
 
@@ -28,10 +27,12 @@ _MOST = 3
 
 
 def best_first(
-    stabilised: StabilisedSample, parts: Sequence[FoundPart], hint: Hint | None
-) -> list[FoundPart]:
+    stabilised: StabilisedSample, parts: Sequence[FoundPart],
+    settled: Callable[[FoundPart], tuple[FoundPart, PartMeter]],
+) -> list[FoundPart]:  # fmt: skip
     """The parts with the first one and those that explain about as much of the same change in the
-    order of what is left once each is learnt about its own pivot; the others as they were."""
+    order of what is left once each is learnt about its own pivot, as ``settled`` does; the others
+    as they were."""
     about = [
         number
         for number, part in enumerate(parts[:_MOST])
@@ -47,7 +48,7 @@ def best_first(
     ]
     if len(rivals) < 2:
         return list(parts)
-    learnt = threaded(lambda number: settled_part(stabilised, parts[number], hint), rivals)
+    learnt = threaded(settled, [parts[number] for number in rivals])
     gains = [meter.gain for _, meter in learnt]
     order = [rivals[place] for place in np.argsort(gains)[::-1]]
     return [parts[n] for n in (*order, *(n for n in range(len(parts)) if n not in rivals))]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+from typing import NoReturn
 
 import cv2
 import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.composite import FoundPart, StabilisedSample, found_about
+from servosight.tracking.composite import FoundPart, StabilisedSample, found_about, settled_part
 from servosight.tracking.core import turned
 from servosight.tracking.methods._rivals import best_first
 from servosight.tracking.verification import FrameSample
@@ -58,19 +60,24 @@ def explaining(part: FoundPart, share: float) -> FoundPart:
     return replace(part, explained=share, part=replace(part.part, explained=share))
 
 
+def not_learnt(part: FoundPart) -> NoReturn:
+    raise AssertionError(f"learnt about {part.pivot_px}")
+
+
 def test_the_one_that_leaves_less_comes_first(
     stabilised: StabilisedSample, both: tuple[FoundPart, FoundPart]
 ) -> None:
     hinge, beside = explaining(both[0], 0.80), explaining(both[1], 0.82)
-    order = best_first(stabilised, [beside, hinge], None)
+    settled = partial(settled_part, stabilised, hint=None)
+    order = best_first(stabilised, [beside, hinge], settled)
     assert order[0] is hinge
     assert order[1] is beside
-    assert best_first(stabilised, [hinge, beside], None)[0] is hinge
+    assert best_first(stabilised, [hinge, beside], settled)[0] is hinge
 
 
 def test_one_that_explains_far_less_is_not_learnt(
     stabilised: StabilisedSample, both: tuple[FoundPart, FoundPart]
 ) -> None:
     hinge, beside = explaining(both[0], 0.60), explaining(both[1], 0.82)
-    assert best_first(stabilised, [beside, hinge], None)[0] is beside
-    assert best_first(stabilised, [], None) == []
+    assert best_first(stabilised, [beside, hinge], not_learnt)[0] is beside
+    assert best_first(stabilised, [], not_learnt) == []
