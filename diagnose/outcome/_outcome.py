@@ -18,7 +18,7 @@ from servosight.diagnose.evidence import (
 )
 from servosight.diagnose.outcome._data import DiagnosisData
 from servosight.diagnose.outcome._ladder import ladder_steps
-from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
+from servosight.diagnose.residuals import held_out_rms, held_out_samples_of, rms
 from servosight.diagnose.result import LadderStep, Verdict
 from servosight.diagnose.selection import (
     FRAMES_REMEDY,
@@ -147,16 +147,18 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
 
 
 def verdict_of(outcome: Outcome) -> Verdict:
-    """The last model must be at the floor on the test data, and on what chose it.
+    """The last model must be at the floor on the test data, and on all validation data.
 
     As in the selection, validation data may be fitted, too, before a model is said to fail there.
     """
     models, criterion, last = outcome.models, outcome.criterion, outcome.last
     judged = models.tested(last)
     tested = criterion.at_floor(held_out_rms(judged), held_out_samples_of(judged))
-    if not tested or not (
-        criterion.explained(last.score) or models.explained_whole(last, criterion)
-    ):
+    validation = last.validation_errors_deg
+    validated = criterion.explained(last.score) and criterion.at_floor(
+        rms([validation]), validation.size
+    )
+    if not tested or not (validated or models.explained_whole(last, criterion)):
         return Verdict.UNEXPLAINED
     return Verdict.EXPLAINED if last.effects else Verdict.NO_EFFECT_MISSING
 

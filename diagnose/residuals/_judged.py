@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -40,16 +40,29 @@ def rms(parts: Sequence[Array]) -> float:
 
 @dataclass(frozen=True)
 class Judged:
-    """A recording, its prediction by a model [deg] and the samples' uses, (samples,) each."""
+    """A recording, its prediction by a model [deg] and the samples' uses, (samples,) each.
+
+    ``beyond`` (samples,) is true where they choose no effects, whatever their use is, as the fitted
+    data never moved the servo so; None: nowhere.
+    """
 
     recording: Recording
     predicted_deg: Array
     uses: Uses
+    beyond: Mask | None = None
 
     @cached_property
     def error_deg(self) -> Array:
         """Measured minus predicted angle [deg], (samples,)."""
         return self.recording.angle_deg - self.predicted_deg
+
+    @property
+    def choosing(self) -> Judged:
+        """The same with the samples that do not choose set apart, as those of the test are."""
+        if self.beyond is None:
+            return self
+        uses = np.where(self.beyond, np.int8(TEST), self.uses)
+        return replace(self, uses=uses, beyond=None)
 
     @property
     def fitted(self) -> Mask:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Uses
+from servosight.diagnose.selection._beyond import beyond_fitted
 from servosight.identify.fit import CommandFrames, in_frames
 from servosight.models.core import Mask, Recording
 
@@ -92,6 +94,14 @@ class Split:
             carried=in_frames(self.carried, frames[count:]),
             frames=tuple(frames),
         )
+
+    @cached_property
+    def carried_beyond(self) -> tuple[Mask, ...]:
+        """For each carried recording, the samples that do not choose, as nothing fitted is alike.
+
+        Late angles, or commands that act once a frame, do not change it.
+        """
+        return beyond_fitted(self.recordings, self.masks, self.carried, self.carried_uses)
 
     @property
     def mean_s(self) -> float:

@@ -16,6 +16,8 @@ BUDGET = 400
 """Simulations that the trial may cost."""
 FALLS = 0.5
 """An error that falls to this share of what it was is due to the regime."""
+ALIKE = 0.9
+"""Errors of this ratio or nearer to each other are alike."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,16 +59,21 @@ def include(models: ModelSelection, trial: Trial, recording: Recording) -> Inclu
     together = polish(problem, [np.concatenate([fit.outcome.point, own])], BUDGET)
     after = recording.angle_deg - together.problem.predict(together.outcome.point)[-1][0]
     first, last = rms([before[~half]]), rms([after[~half]])
-    return Inclusion(before_deg=first, after_deg=last, sentence=_words(recording.name, first, last))
-
-
-def _words(name: str, first: float, last: float) -> str:
-    tried = f"Tried: with half of {name} fitted too, the error of the same model on the other half"
-    if last <= FALLS * first:
-        return f"{tried} falls from {degrees(first)} to {degrees(last)} rms."
-    if last <= 0.9 * first:
-        return f"{tried} falls from {degrees(first)} to {degrees(last)} rms only."
-    return (
-        f"{tried} stays at {degrees(last)} rms (before: {degrees(first)}): other parameters "
-        f"are not enough, an effect is missing."
+    return Inclusion(
+        before_deg=first, after_deg=last, sentence=inclusion_words(recording.name, first, last)
     )
+
+
+def inclusion_words(name: str, first: float, last: float) -> str:
+    """What an error [deg] on the other half of a recording, before and after, means."""
+    tried = f"Tried: with half of {name} fitted too, the error of the same model on the other half"
+    changed = f"from {degrees(first)} to {degrees(last)} rms"
+    if last <= FALLS * first:
+        return f"{tried} falls {changed}."
+    if last <= ALIKE * first:
+        return f"{tried} falls {changed} only."
+    risen = last > first / ALIKE
+    how = (
+        f"rises {changed}" if risen else f"stays at {degrees(last)} rms (before: {degrees(first)})"
+    )
+    return f"{tried} {how}: other parameters are not enough, an effect is missing."

@@ -1,20 +1,17 @@
 """Regimes: where validation and test data go beyond the fitted ones, and how much error is there.
 
 A model may fail on a recording because something is missing in it, or because the recording moves
-the servo as the fitted data never did. No model decides what lies beyond: measured angle, speed and
-acceleration, the command, and what recording.toml says of gain and load.
+the servo as the fitted data never did.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from servosight.diagnose.evidence.regimes._inclusion import Inclusion
-from servosight.diagnose.evidence.regimes._motion import MeasuredMotion
-from servosight.diagnose.residuals import EXPLAINED, FIT, TEST, VALIDATION, Judged, rms
+from servosight.diagnose.motion import MARGIN, RATIO, FittedRange, MeasuredMotion, fitted_ranges
+from servosight.diagnose.residuals import EXPLAINED, TEST, VALIDATION, Judged, rms
 from servosight.models.core import Array, Mask, rounded
 
 
@@ -22,8 +19,7 @@ from servosight.models.core import Array, Mask, rounded
 class RegimePolicy:
     """Thresholds of what counts as beyond the fitted data, and as the reason of an error.
 
-    ``margin``: a value is beyond where it exceeds the fitted ones by this share of their largest,
-    an angle by this share of their range. ``ratio``: the same for gain and load, which are factors.
+    ``margin`` and ``ratio`` are those of :func:`fitted_ranges`.
     A regime is listed from ``least_samples`` on, as a share of the samples of that use, and from
     ``fewest`` samples on. It leads where the error misses the floor, ``leading`` of the squared
     error is there, and the rms there is ``worse`` times that of all data within the fitted range.
@@ -31,8 +27,8 @@ class RegimePolicy:
     regime comes first only where no other leads.
     """
 
-    margin: float = 0.1
-    ratio: float = 1.05
+    margin: float = MARGIN
+    ratio: float = RATIO
     least_samples: float = 0.01
     fewest: int = 10
     leading: float = 0.5
@@ -83,45 +79,6 @@ WITHOUT_IT = (
 )
 
 
-@dataclass(frozen=True)
-class _Quantity:
-    """A quantity by name, its values at each sample, and how its range is widened."""
-
-    name: str
-    unit: str
-    values: Callable[[MeasuredMotion], Array]
-    sides: tuple[str, ...] = ("above",)
-    kind: str = "magnitude"
-
-
-def _constant(motion: MeasuredMotion, value: float) -> Array:
-    return np.full(motion.recording.time_s.size, value)
-
-
-_QUANTITIES = (
-    _Quantity("known disturbance", "", lambda one: one.disturbance, kind="input"),
-    _Quantity("speed", "deg/s", lambda one: one.speed_deg_s),
-    _Quantity("acceleration", "deg/s²", lambda one: one.acceleration_deg_s2),
-    _Quantity("angle", "deg", lambda one: one.angle_deg, ("above", "below"), "range"),
-    _Quantity("command swing", "deg", lambda one: one.swing_deg),
-    _Quantity("command frequency", "Hz", lambda one: one.frequency_hz),
-    _Quantity(
-        "load",
-        "times",
-        lambda one: _constant(one, one.recording.relative_load),
-        ("above", "below"),
-        "factor",
-    ),
-    _Quantity(
-        "loop gain",
-        "times",
-        lambda one: _constant(one, one.recording.relative_gain),
-        ("above", "below"),
-        "factor",
-    ),
-)
-
-
 def regimes(
     judged: Sequence[Judged], floor_deg: float, policy: RegimePolicy | None = None
 ) -> tuple[Regime, ...]:
@@ -133,24 +90,14 @@ def regimes(
     """
     policy = policy or RegimePolicy()
     motions = [MeasuredMotion(one.recording) for one in judged]
-    fitted = [one.uses == FIT for one in judged]
-    if not any(mask.any() for mask in fitted):
-        return ()
+    fitted = [one.fitted for one in judged]
     found = []
-    for quantity in _QUANTITIES:
-        seen = [m for m, mask in zip(motions, fitted, strict=True) if mask.any()]
-        if quantity.name == "command frequency" and any(one.jumps for one in seen):
-            continue
-        values = [quantity.values(motion) for motion in motions]
-        known = np.concatenate([v[mask] for v, mask in zip(values, fitted, strict=True)])
-        low, high = float(known.min()), float(known.max())
-        for side in quantity.sides:
-            limit = _limit(quantity, side, low, high, policy)
-            inside = [v <= limit if side == "above" else v >= limit for v in values]
-            usual = rms([one.error_deg[mask] for one, mask in zip(judged, inside, strict=True)])
-            for one, value, mask in zip(judged, values, inside, strict=True):
-                case = _Case(quantity, side, low, high, limit, usual, floor_deg, policy)
-                found += list(case.rows(one, value, ~mask))
+    for known in fitted_ranges(motions, fitted, policy.margin, policy.ratio):
+        beyond = known.beyond
+        usual = rms([one.error_deg[~mask] for one, mask in zip(judged, beyond, strict=True)])
+        case = _Case(known, usual, floor_deg, policy)
+        for one, value, mask in zip(judged, known.values, beyond, strict=True):
+            found += list(case.rows(one, value, mask))
     order = {"test": 0, "validation": 1}
     return tuple(
         sorted(
@@ -165,25 +112,11 @@ def regimes(
     )
 
 
-def _limit(quantity: _Quantity, side: str, low: float, high: float, policy: RegimePolicy) -> float:
-    """The value from which a sample lies beyond fitted values from ``low`` to ``high``."""
-    sign = 1.0 if side == "above" else -1.0
-    end = high if side == "above" else low
-    if quantity.kind == "factor":
-        return float(end * policy.ratio**sign)
-    wide = high - low if quantity.kind == "range" else high
-    return float(end + sign * policy.margin * wide)
-
-
 @dataclass(frozen=True)
 class _Case:
     """One side of one quantity: what was fitted, and the rms error of all data within it."""
 
-    quantity: _Quantity
-    side: str
-    low: float
-    high: float
-    limit: float
+    known: FittedRange
     usual_deg: float
     floor_deg: float
     policy: RegimePolicy
@@ -203,16 +136,16 @@ class _Case:
         share = float(square[there].sum() / max(float(square[mask].sum()), 1e-300))
         rmse = rms([one.error_deg[there]])
         missed = rms([one.error_deg[mask]]) > EXPLAINED * self.floor_deg
-        reached = float(values[there].max() if self.side == "above" else values[there].min())
+        reached = float(values[there].max() if self.known.side == "above" else values[there].min())
         leads = missed and share >= self.policy.leading
         leads = leads and rmse >= self.policy.worse * self.usual_deg
         return Regime(
-            quantity=self.quantity.name,
-            unit=self.quantity.unit or one.recording.disturbance_unit or "",
-            fitted_low=self.low,
-            fitted_high=self.high,
-            beyond=self.side,
-            limit=self.limit,
+            quantity=self.known.quantity.name,
+            unit=self.known.quantity.unit or one.recording.disturbance_unit or "",
+            fitted_low=self.known.low,
+            fitted_high=self.known.high,
+            beyond=self.known.side,
+            limit=self.known.limit,
             reached=reached,
             share_samples=float(there.sum() / mask.sum()),
             share_error=share,
@@ -221,24 +154,24 @@ class _Case:
             use=use,
             leading=leads,
             sentence=self._words(one, float(there.sum() / mask.sum()), share, reached),
-            remedy=WITHOUT_IT if self.quantity.kind == "input" else _remedy(one),
+            remedy=WITHOUT_IT if self.known.quantity.kind == "input" else _remedy(one),
         )
 
     def _words(self, one: Judged, samples: float, share: float, reached: float) -> str:
         """How much error lies beyond, what was fitted, and the way out."""
-        name, unit = self.quantity.name, self.quantity.unit
-        end = self.high if self.side == "above" else self.low
-        word = "up to" if self.side == "above" else "down to"
-        if self.quantity.kind == "factor":
+        name, unit = self.known.quantity.name, self.known.quantity.unit
+        end = self.known.high if self.known.side == "above" else self.known.low
+        word = "up to" if self.known.side == "above" else "down to"
+        if self.known.quantity.kind == "factor":
             where = f"{_with_article(name)} of {rounded(reached)}"
-            held = "only" if self.low == self.high else f"and {word} that only"
+            held = "only" if self.known.low == self.known.high else f"and {word} that only"
             fitted = f"the fitted data have {rounded(end)} {held}"
         else:
             unit = unit or one.recording.disturbance_unit or ""
-            where = f"{_with_article(name)} {self.side} {rounded(self.limit)} {unit}"
+            where = f"{_with_article(name)} {self.known.side} {rounded(self.known.limit)} {unit}"
             fitted = f"the fitted data reach {rounded(end)} {unit}"
         way_out = "fit this recording too" if not one.fitted.any() else "record longer"
-        if self.quantity.kind == "input":
+        if self.known.quantity.kind == "input":
             way_out = "fit a run with it as well, or test on a run without it"
         what = f"{100.0 * share:.0f} % of the squared error on {one.recording.name} lies"
         if samples >= self.policy.whole:

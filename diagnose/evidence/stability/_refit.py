@@ -92,7 +92,7 @@ def _carried(
 def _score(trial: Trial, predicted: Sequence[Array], part: Resample) -> Score:
     """The score on the samples that are kept; the others are set apart as test samples are."""
     judged = tuple(
-        Judged(one.recording, angle, np.where(kept, one.uses, TEST).astype(one.uses.dtype))
+        replace(one, predicted_deg=angle, uses=np.where(kept, one.uses, np.int8(TEST)))
         for one, angle, kept in zip(trial.judged, predicted, part, strict=True)
     )
     return replace(trial, judged=judged).score

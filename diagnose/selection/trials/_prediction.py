@@ -33,9 +33,14 @@ def carried(fit: Solution, split: Split, catalogue: Mapping[str, Effect]) -> tup
     """The recordings that only validate, their own numbers found on the validation samples."""
     return tuple(
         Judged(
-            one, carried_over(one, catalogue, fit.problem.effects, fit, uses == VALIDATION), uses
+            one,
+            carried_over(one, catalogue, fit.problem.effects, fit, uses == VALIDATION),
+            uses,
+            beyond,
         )
-        for one, uses in zip(split.carried, split.carried_uses, strict=True)
+        for one, uses, beyond in zip(
+            split.carried, split.carried_uses, split.carried_beyond, strict=True
+        )
     )
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+
+import numpy as np
 
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.selection._blocks import squares_by_block
 from servosight.diagnose.selection._score import Score
 from servosight.identify.fit import Solution
 from servosight.identify.problem import Coordinate, Problem
-from servosight.models.core import CORE
+from servosight.models.core import CORE, Array
 
 Key = tuple[tuple[str, ...], tuple[str, ...]]
 """Effects, and the parameters that are held."""
@@ -45,14 +47,13 @@ class Trial:
 
     @cached_property
     def score(self) -> Score:
-        """What it amounts to on the fitted and the validation samples.
+        """What it amounts to on the fitted samples and those validation samples that choose.
 
-        Without any validation samples the fitted ones stand in for them.
+        Without any of these the fitted ones stand in for them.
         """
-        validation = [one.errors_of(VALIDATION) for one in self.judged]
-        if not sum(errors.size for errors in validation):
-            validation = [one.errors_of(FIT) for one in self.judged]
-        seen = [one.error_deg[one.uses != TEST] for one in self.judged]
+        choosing = [one.choosing for one in self.judged]
+        validation = _validation(choosing)
+        seen = [one.error_deg[one.uses != TEST] for one in choosing]
         return Score(
             effects=self.effects,
             parameters=self.fit.problem.fitted,
@@ -64,8 +65,19 @@ class Trial:
             at_bounds=_at_bounds(self.fit),
             gain_fitted="k" not in self.fit.problem.held,
             core_at_bounds=_core_at_bounds(self.fit),
-            blocks_deg2=squares_by_block(self.judged),
+            blocks_deg2=squares_by_block(choosing),
         )
+
+    @cached_property
+    def validation_errors_deg(self) -> Array:
+        """The errors of all validation samples, those that do not choose included."""
+        return np.concatenate([np.empty(0), *_validation(self.judged)])
+
+
+def _validation(judged: Sequence[Judged]) -> list[Array]:
+    """The errors of the validation samples; of the fitted ones where there are none."""
+    errors = [one.errors_of(VALIDATION) for one in judged]
+    return errors if any(one.size for one in errors) else [one.errors_of(FIT) for one in judged]
 
 
 def _at_bounds(fit: Solution) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -30,7 +31,8 @@ CRITERION = AcceptanceCriterion(0.1, 0.0)
 USES = np.repeat(np.array([FIT, VALIDATION, TEST], np.int8), [600, 200, 200])
 
 
-def trial(effects: str, validation_deg: float = 0.1) -> Any:
+def trial(effects: str, validation_deg: float = 0.1, beyond: Sequence[float] = ()) -> Any:
+    """``beyond`` are the errors of validation samples that do not choose."""
     score = Score(
         effects=tuple(effects),
         parameters=3,
@@ -41,7 +43,8 @@ def trial(effects: str, validation_deg: float = 0.1) -> Any:
         validation_samples=200,
         gain_fitted=True,
     )
-    return SimpleNamespace(effects=tuple(effects), score=score)
+    errors = np.concatenate([np.full(200, validation_deg), beyond])
+    return SimpleNamespace(effects=tuple(effects), score=score, validation_errors_deg=errors)
 
 
 def outcome(
@@ -113,6 +116,14 @@ def test_the_verdict_asks_for_the_test_and_for_what_chose(
 ) -> None:
     last = Step(trial(effects, validation_deg))
     assert verdict_of(outcome(last, test_deg=test_deg, whole=whole)) is verdict
+
+
+def test_a_model_that_fails_on_validation_data_beyond_the_fitted_ones_does_not_explain_them() -> (
+    None
+):
+    for beyond_deg, verdict in ((0.1, Verdict.EXPLAINED), (2.0, Verdict.UNEXPLAINED)):
+        last = Step(trial("a", beyond=[beyond_deg] * 50))
+        assert verdict_of(outcome(last)) is verdict
 
 
 @pytest.fixture

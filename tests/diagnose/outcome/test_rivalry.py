@@ -31,7 +31,12 @@ def trial(effects: str, error_deg: float) -> Any:
         validation_samples=300,
         gain_fitted=True,
     )
-    return SimpleNamespace(effects=tuple(effects), score=score, key=(tuple(effects), ()))
+    return SimpleNamespace(
+        effects=tuple(effects),
+        score=score,
+        key=(tuple(effects), ()),
+        validation_errors_deg=np.full(300, error_deg),
+    )
 
 
 LINEAR = trial("", 1.0)

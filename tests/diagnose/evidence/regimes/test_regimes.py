@@ -9,6 +9,7 @@ import pytest
 
 from servosight.diagnose import Diagnosis, PriorKnowledge, Verdict, diagnose
 from servosight.diagnose.evidence import Regime, RegimePolicy, regimes
+from servosight.diagnose.evidence.regimes._inclusion import inclusion_words
 from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
 from servosight.diagnose.result.wording import partial_words
 from servosight.models.core import Array, Recording, Signals
@@ -231,6 +232,19 @@ def test_including_the_recording_is_tried_and_reported(gentle_and_fast: Diagnosi
     assert tried.after_deg < tried.before_deg
     assert "with half of fast fitted too" in tried.sentence
     assert tried.sentence in gentle_and_fast.summary
+
+
+@pytest.mark.parametrize(
+    ("last_deg", "said"),
+    [
+        (0.4, "falls from 1.00 deg to 0.400 deg rms."),
+        (0.8, "falls from 1.00 deg to 0.800 deg rms only."),
+        (1.05, "stays at 1.05 deg rms (before: 1.00 deg): other parameters are not enough"),
+        (3.0, "rises from 1.00 deg to 3.00 deg rms: other parameters are not enough"),
+    ],
+)
+def test_what_fitting_a_recording_too_gives_is_said(last_deg: float, said: str) -> None:
+    assert f"on the other half {said}" in inclusion_words("fast", 1.0, last_deg)
 
 
 def test_regimes_are_read_back(gentle_and_fast: Diagnosis) -> None:

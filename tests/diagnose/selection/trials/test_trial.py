@@ -85,3 +85,21 @@ def test_the_score_of_errors_that_are_known(second: int, validation_deg: float) 
     assert found.validation_samples == half.size // 2
     assert found.parameters == 4
     assert found.gain_fitted
+
+
+def test_validation_samples_that_do_not_choose_are_in_its_errors_and_not_in_its_score() -> None:
+    """1 deg in the fitted second and the one to validate on, 9 deg in the one beyond."""
+    second = np.arange(TIME_S.size) // 100
+    uses = np.where(second > 0, VALIDATION, FIT).astype(np.int8)
+    problem = Problem.of([RECORDING], catalogue(), ["backlash"])
+    fit: Any = SimpleNamespace(
+        problem=problem, outcome=SimpleNamespace(point=np.mean(problem.bounds, axis=0))
+    )
+    predicted = COMMAND - np.where(second == 2, 9.0, 1.0)
+    trial = Trial(("backlash",), fit, (Judged(RECORDING, predicted, uses, second == 2),))
+    assert trial.score.validation_rmse_deg == pytest.approx(1.0)
+    assert trial.score.mean_square_deg2 == pytest.approx(1.0)
+    assert (trial.score.samples, trial.score.validation_samples) == (200, 100)
+    assert np.sort(trial.validation_errors_deg).round(6).tolist() == [1.0] * 100 + [9.0] * 100
+    blocks = trial.score.blocks_deg2
+    np.testing.assert_allclose(blocks[np.isfinite(blocks)], 1.0)
