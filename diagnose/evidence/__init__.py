@@ -24,6 +24,7 @@ from servosight.diagnose.evidence.regimes import regimes as regimes
 from servosight.diagnose.evidence.stability import Stability as Stability
 from servosight.diagnose.evidence.stability import firm as firm
 from servosight.diagnose.evidence.stability import motionless as motionless
+from servosight.diagnose.evidence.stability import not_shown_beyond as not_shown_beyond
 from servosight.diagnose.evidence.stability import resamples as resamples
 from servosight.diagnose.evidence.stability import stability as stability
 from servosight.diagnose.evidence.stability import stable_steps as stable_steps

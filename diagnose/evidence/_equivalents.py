@@ -112,11 +112,13 @@ def contained(
     stable: Stability,
     catalogue: Mapping[str, Effect],
     excluded: Collection[str] = (),
+    not_shown: Sequence[str] = (),
 ) -> Stability:
     """The same with the special case of each of ``effects`` that is certain where it is not.
 
     All that do as well have that one, or contain it, and so does what enough parts of the data
-    name. So it is there, and what the effect has beyond it is open. None of the ``excluded``.
+    name. So it is there, and what the effect has beyond it is open; that is so of those, too, of
+    which no more is shown (``not_shown``). None of the ``excluded``.
 
     >>> from servosight.models.effects import catalogue
     >>> coulomb, stribeck = "coulomb_friction", "stribeck_friction"
@@ -132,7 +134,7 @@ def contained(
     parts = [(covered(names, catalogue), share) for names, share in stable.models.items()]
     found: dict[str, str] = {}
     shares = dict(stable.shares)
-    for name in stable.uncertain:
+    for name in dict.fromkeys((*stable.uncertain, *not_shown)):
         if name not in effects or name in unknown:
             continue
         for simple in catalogue[name].contains:

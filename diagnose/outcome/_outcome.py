@@ -11,6 +11,7 @@ from servosight.diagnose.evidence import (
     firm,
     interchangeable,
     motionless,
+    not_shown_beyond,
     special_case,
     stability,
     undetermined,
@@ -142,7 +143,8 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
         one_of=interchangeable(last.effects, others, catalogue),
     )
     excluded = outcome.models.known.without_effects
-    stable = contained(last.effects, stable, catalogue, excluded)
+    not_shown = not_shown_beyond(last.parameters, open_, catalogue)
+    stable = contained(last.effects, stable, catalogue, excluded, not_shown)
     return replace(outcome, stability=stable), ladder
 
 

@@ -1,6 +1,7 @@
 """Whether the names hold: without parts of the data, and against their parameters' uncertainty."""
 
 from servosight.diagnose.evidence.stability._determined import motionless as motionless
+from servosight.diagnose.evidence.stability._determined import not_shown_beyond as not_shown_beyond
 from servosight.diagnose.evidence.stability._determined import undetermined as undetermined
 from servosight.diagnose.evidence.stability._determined import unmeasured as unmeasured
 from servosight.diagnose.evidence.stability._resamples import resamples as resamples

@@ -12,6 +12,8 @@ from servosight.models.effects import Effect
 
 FEWEST_SIGMAS = 1.0
 """A parameter less than so many sigmas from its neutral value has not been measured."""
+SURE_SIGMAS = 2.0
+"""What an effect has beyond its special case is shown by a parameter so many sigmas from there."""
 
 Parameters = Mapping[str, Estimate | tuple[Estimate, ...]]
 
@@ -67,6 +69,46 @@ def unmeasured(
     whose clocks' offset is not known. How large they are is open, not whether the error needs them.
     """
     return tuple(name for name in effects if _without(name, parameters, catalogue[name].parameters))
+
+
+def not_shown_beyond(
+    parameters: Parameters, effects: Sequence[str], catalogue: Mapping[str, Effect]
+) -> tuple[str, ...]:
+    """Those of ``effects`` that contain another one, and of which no more than that is shown.
+
+    Above the floor what an effect has more than its special case takes off a little of any error.
+    Its parameters beyond those of the special case, which come first, are then within
+    ``SURE_SIGMAS`` of what they are there: neutral, or zero. Those that can be neither say nothing.
+
+    >>> from servosight.models.effects import catalogue
+    >>> limit = {"speed_limit.no_load_speed": Estimate(11185.0, 8475.0, "deg/s")}
+    >>> not_shown_beyond(limit, ["speed_limit"], catalogue())
+    ('speed_limit',)
+    >>> limit = {"speed_limit.no_load_speed": Estimate(620.0, 35.0, "deg/s")}
+    >>> not_shown_beyond(limit, ["speed_limit"], catalogue())
+    ()
+    """
+    found = []
+    for name in effects:
+        for simple in catalogue[name].contains:
+            beyond = catalogue[name].parameters[len(catalogue[simple].parameters) :]
+            away = [_away(parameters.get(f"{name}.{one.name}"), one) for one in beyond]
+            known = [one for one in away if one is not None]
+            if known and max(known) < SURE_SIGMAS:
+                found.append(name)
+    return tuple(found)
+
+
+def _away(found: Estimate | tuple[Estimate, ...] | None, parameter: Parameter) -> float | None:
+    """By how many sigmas a parameter differs from neutral, or from zero where it has no neutral
+    value; infinitely where its sigma is not known, None where it can be neither."""
+    if parameter.neutral is None and parameter.low > 0.0:
+        return None
+    if not isinstance(found, Estimate) or not found.sigma:
+        return np.inf
+    if parameter.neutral is None:
+        return abs(found.value) / found.sigma
+    return abs(sigmas(found.value, found.sigma, parameter))
 
 
 def _without(name: str, parameters: Parameters, of: Sequence[Parameter]) -> bool:

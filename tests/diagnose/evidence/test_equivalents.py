@@ -215,3 +215,23 @@ def test_a_special_case_that_few_parts_name_is_not_named() -> None:
         ["stribeck_friction"], Stability({"stribeck_friction": 0.4}, 10, parts), catalogue()
     )
     assert found.named(["stribeck_friction"]) == ()
+
+
+@pytest.mark.parametrize(
+    ("not_shown", "others", "named"),
+    [
+        (("speed_limit",), (), "torque_saturation"),
+        ((), (), "speed_limit"),
+        (("speed_limit",), (("rate_limit",),), "speed_limit"),
+    ],
+    ids=["no more is shown", "more is shown", "not in all"],
+)
+def test_of_an_effect_that_shows_no_more_than_its_special_case_that_is_named(
+    not_shown: tuple[str, ...], others: tuple[tuple[str, ...], ...], named: str
+) -> None:
+    """Nine parts of twelve name a speed limit, three a torque saturation."""
+    parts = {frozenset({"speed_limit"}): 0.75, frozenset({"torque_saturation"}): 0.25}
+    found = Stability({"speed_limit": 0.75}, 12, parts, equivalents=others)
+    found = contained(["speed_limit"], found, catalogue(), (), not_shown)
+    assert found.named(["speed_limit"]) == (named,)
+    assert found.shares[named] == pytest.approx(1.0 if named == "torque_saturation" else 0.75)

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servosight.diagnose.evidence import Stability, motionless, undetermined, unmeasured
+from servosight.diagnose.evidence import (
+    Stability,
+    motionless,
+    not_shown_beyond,
+    undetermined,
+    unmeasured,
+)
 from servosight.diagnose.evidence.stability._determined import sigmas
 from servosight.identify.uncertainty import Matrix
 from servosight.models.core import Estimate
@@ -123,3 +129,26 @@ def test_without_a_known_t_a_weight_and_a_friction_are_named_alone(
     assert motionless(table(T=(value_s, 0.0)), effects, KNOWN) == ()
     assert motionless(table(T=(value_s, None)), effects, KNOWN) == ()
     assert Stability(motionless=found).uncertain == found
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "more"),
+    [
+        ("speed_limit", {"no_load_speed": (600.0, 310.0)}, False),  # 1.9 sigma from infinite
+        ("speed_limit", {"no_load_speed": (600.0, 290.0)}, True),
+        ("speed_limit", {"no_load_speed": (600.0, None)}, True),  # not known to be within
+        ("stribeck_friction", {"excess": (1.9, 1.0), "speed": (20.0, 1.0)}, False),
+        ("stribeck_friction", {"excess": (2.1, 1.0), "speed": (20.0, 1.0)}, True),
+        ("current_limit", {"back_emf": (0.019, 0.01)}, False),  # 1.9 sigma from zero
+        ("current_limit", {"back_emf": (0.021, 0.01)}, True),
+        ("directional_friction", {"outer": (0.1, 0.1), "back_emf": (0.1, 0.01)}, True),
+        ("directional_friction", {"outer": (0.1, 0.1), "back_emf": (0.1, 0.1)}, False),
+        ("presliding", {"stiffness": (3.0, 100.0)}, True),  # has no value in a Coulomb friction
+        ("backlash", {"gap": (0.1, 1.0)}, True),  # contains nothing
+    ],
+)
+def test_whether_more_of_an_effect_is_shown_than_its_special_case(
+    effect: str, values: dict[str, tuple[float, float | None]], more: bool
+) -> None:
+    found = table(**{f"{effect}__{name}": value for name, value in values.items()})
+    assert not_shown_beyond(found, [effect], KNOWN) == (() if more else (effect,))
