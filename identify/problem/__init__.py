@@ -4,6 +4,7 @@ from servosight.identify.problem._held import checked_held as checked_held
 from servosight.identify.problem._inputs import offered as offered
 from servosight.identify.problem._inputs import unused_disturbances as unused_disturbances
 from servosight.identify.problem._own_start import own_start as own_start
+from servosight.identify.problem._own_start import own_starts as own_starts
 from servosight.identify.problem._problem import LOST_DEG as LOST_DEG
 from servosight.identify.problem._problem import Coordinate as Coordinate
 from servosight.identify.problem._problem import Problem as Problem

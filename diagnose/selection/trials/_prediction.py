@@ -11,8 +11,8 @@ from servosight.diagnose.residuals import TEST, VALIDATION, Judged
 from servosight.diagnose.selection._split import Split
 from servosight.diagnose.selection.trials._trial import Trial
 from servosight.identify.fit import OwnValues, Solution, own_values
-from servosight.identify.problem import Problem, own_start
-from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
+from servosight.identify.problem import Problem, own_starts
+from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive, half_squares
 from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect
 
@@ -83,17 +83,19 @@ def predict_fixed(recording: Recording, problem: Problem, physical: Array) -> Ar
 def own_point(recording: Recording, problem: Problem, physical: Array) -> Array:
     """The problem's point with ``physical`` coordinates and the own ones fitted behind them.
 
-    Own are bias [deg], initial angle [deg] and initial speed [deg/s].
+    Own are bias [deg], initial angle [deg] and initial speed [deg/s]. The fit begins at the best of
+    some guesses: from one that is off by degrees it can end at a motion that there never was.
     """
     low, high = problem.bounds
     fixed = problem.physical
     values = problem.values(np.concatenate([physical, np.zeros(3)]))
     (mask,) = problem.masks
-    own = own_start(recording, values["k"], mask)
+    starts = own_starts(recording, values["k"], mask)
 
     def residuals(points: Array) -> Array:
         return problem.residuals(np.hstack([np.tile(physical, (len(points), 1)), points]))
 
+    own = starts[int(np.argmin(half_squares(residuals(starts))))]
     bounds = low[fixed:], high[fixed:]
     descent = LevenbergMarquardt(own, *bounds, np.ones(3), OWN_DESCENT)
     return np.concatenate([physical, drive(descent, residuals, OWN_BUDGET).point])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servosight.identify.problem import own_start
+from servosight.identify.problem import own_start, own_starts
 from servosight.models.core import Recording
 
 TIME_S = np.arange(200) / 50.0
@@ -35,3 +35,13 @@ def test_only_samples_under_the_mask_count() -> None:
     recording = Recording("run", TIME_S, command, TIME_S, angle)
     assert own_start(recording, 1.0, TIME_S >= 3.0).tolist() == [-2.0, 10.0, 0.0]
     assert own_start(recording, 1.0).tolist() == [38.0, 50.0, 0.0]
+
+
+def test_other_guesses_have_the_bias_of_the_first_samples_and_none() -> None:
+    """At rest at 12 deg for a command of 10, then kept far from one of 60; the mask counts."""
+    command = np.where(TIME_S < 1.0, 10.0, 60.0)
+    angle = np.where(TIME_S < 1.0, 12.0, 20.0)
+    recording = Recording("loaded", TIME_S, command, TIME_S, angle)
+    assert own_starts(recording, 1.0)[:, 0].tolist() == [-40.0, 2.0, 0.0]
+    assert own_starts(recording, 1.0, TIME_S >= 2.0)[:, 0].tolist() == [-40.0, -40.0, 0.0]
+    assert own_starts(recording, 1.0)[:, 1:].tolist() == [[12.0, 0.0]] * 3
