@@ -40,8 +40,6 @@ FAR = 10.0
 minimum was missed; at 12 and more a servo's variations took what single steps may cost."""
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
-FIRST = 3
-"""Samples in which a servo is taken to be at rest."""
 
 
 def fit_together(
@@ -154,17 +152,9 @@ def _drawn(rng: np.random.Generator, span: tuple[float, float]) -> Array:
 
 
 def _place(problem: Problem, points: Array) -> None:
-    """Each recording's bias, first angle and first speed, for models that were not fitted.
-
-    Weight, friction and limits keep the mean angle from where k alone has it by far more than the
-    bias is: so a third of the points have the bias on the first samples, and a third none.
-    """
-    guess = np.arange(POINTS) // 2 % 3
+    """Each recording's bias, first angle and first speed, for models that were not fitted."""
     for r, recording in enumerate(problem.recordings):
         own = problem.physical + 3 * r
-        angle, command = recording.angle_deg, recording.command_at(recording.time_s)
-        biases = [
-            np.mean(angle[:some]) - points[:, 0] * np.mean(command[:some]) for some in (None, FIRST)
-        ]
-        points[:, own] = np.choose(guess, [*biases, np.zeros(POINTS)])
-        points[:, own + 1 : own + 3] = angle[0], 0.0
+        command = recording.command_at(recording.time_s)
+        points[:, own] = np.mean(recording.angle_deg) - points[:, 0] * np.mean(command)
+        points[:, own + 1 : own + 3] = recording.angle_deg[0], 0.0
