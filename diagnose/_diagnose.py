@@ -114,10 +114,10 @@ def _result(
     levels, models, stable = data.levels, outcome.models, outcome.stability
     judged, judged_last = models.tested(outcome.linear), models.tested(outcome.last)
     left = findings(judged_last, levels.floor_deg, levels.noise_deg)
-    evidence = replace(
-        gather(models, outcome.linear, outcome.last, judged_last, left, outcome.criterion),
-        cut_short=outcome.selected.cut_short,
-    )
+    evidence = gather(
+        models, outcome.linear, outcome.last, judged_last, left, outcome.criterion,
+        outcome.selected.cut_short,
+    )  # fmt: skip
     next_ = _next(data, outcome, verdict, rivals, evidence)
     headline, summary = headline_and_summary(
         verdict,

@@ -56,6 +56,7 @@ def gather(
     judged: Sequence[Judged],
     remaining: Sequence[Finding],
     criterion: AcceptanceCriterion,
+    cut_short: bool,
 ) -> Evidence:
     """The evidence on ``last``: ``judged`` are its predictions, ``remaining`` findings on them.
 
@@ -78,6 +79,7 @@ def gather(
         unexplained=left,
         detectable=detectable(models, last, criterion),
         too_weak=too_weak(models, last, criterion) if missed else None,
+        cut_short=cut_short,
     )
 
 

@@ -97,10 +97,7 @@ class Split:
 
     @cached_property
     def carried_beyond(self) -> tuple[Mask, ...]:
-        """For each carried recording, the samples that do not choose, as nothing fitted is alike.
-
-        Late angles, or commands that act once a frame, do not change it.
-        """
+        """Of each carried recording, the samples that do not choose, as nothing fitted is alike."""
         return beyond_fitted(self.recordings, self.masks, self.carried, self.carried_uses)
 
     @property
