@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servosight.diagnose.evidence import taken
-from servosight.diagnose.residuals import EXPLAINED, held_out_fit_percent, held_out_rms, rms
+from servosight.diagnose.residuals import EXPLAINED, held_out_fit_percent, held_out_rms
 from servosight.diagnose.result import LadderStep
 from servosight.diagnose.result.caveats import held_otherwise
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Step
@@ -57,7 +57,7 @@ def _step(
         removed=step.removed,
         effects=step.trial.effects,
         train_rmse_deg=score.train_rmse_deg,
-        validation_rmse_deg=rms([step.trial.validation_errors_deg]),
+        validation_rmse_deg=step.trial.validation_rmse_deg,
         held_out_rmse_deg=held_out,
         explained=held_out <= EXPLAINED * criterion.floor_deg,
         parameters=parameter_table(table, fit.uncertainty.own_estimates("bias")),

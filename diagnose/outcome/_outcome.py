@@ -19,7 +19,7 @@ from servosight.diagnose.evidence import (
 )
 from servosight.diagnose.outcome._data import DiagnosisData
 from servosight.diagnose.outcome._ladder import ladder_steps
-from servosight.diagnose.residuals import held_out_rms, held_out_samples_of, rms
+from servosight.diagnose.residuals import held_out_rms, held_out_samples_of
 from servosight.diagnose.result import LadderStep, Verdict
 from servosight.diagnose.selection import (
     FRAMES_REMEDY,
@@ -156,9 +156,8 @@ def verdict_of(outcome: Outcome) -> Verdict:
     models, criterion, last = outcome.models, outcome.criterion, outcome.last
     judged = models.tested(last)
     tested = criterion.at_floor(held_out_rms(judged), held_out_samples_of(judged))
-    validation = last.validation_errors_deg
     validated = criterion.explained(last.score) and criterion.at_floor(
-        rms([validation]), validation.size
+        last.validation_rmse_deg, last.validation_errors_deg.size
     )
     if not tested or not (validated or models.explained_whole(last, criterion)):
         return Verdict.UNEXPLAINED

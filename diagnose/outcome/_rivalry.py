@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from servosight.diagnose.experiment import Proposal, propose
 from servosight.diagnose.outcome._data import DiagnosisData
 from servosight.diagnose.outcome._outcome import Outcome
-from servosight.diagnose.residuals import held_out_rms, rms
+from servosight.diagnose.residuals import held_out_rms
 from servosight.diagnose.result import Candidate
 from servosight.diagnose.selection import Resolution, Score, Trial, alternatives, confounded, new_in
 from servosight.models.core import Table
@@ -57,7 +57,7 @@ def _candidates(outcome: Outcome, resolution: Resolution) -> Table[Candidate]:
         found.append(
             Candidate(
                 effect=name,
-                validation_rmse_deg=rms([trial.validation_errors_deg]),
+                validation_rmse_deg=trial.validation_rmse_deg,
                 held_out_rmse_deg=held_out_rms(models.tested(trial)),
                 evidence=resolution.criterion.evidence(trial.score, linear.score),
                 confounded_with=groups[name],

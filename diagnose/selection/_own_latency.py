@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from servosight.diagnose.residuals import VALIDATION
-from servosight.diagnose.selection.trials import ModelSelection, Trial
+from servosight.diagnose.selection.trials import ModelSelection, Trial, own_point
 from servosight.identify.fit import DEAD_TIME, OwnLatencies, Solution, clear_latencies, polish
-from servosight.identify.problem import Problem, own_start
+from servosight.identify.problem import Problem
 
 WORTH = 0.25
 """A latency is taken out before anything is fitted where the error falls by this share. Where much
@@ -64,7 +64,9 @@ def fitted_to_all(models: ModelSelection, model: Trial) -> Solution:
         (*split.recordings, *split.carried), models.catalogue, model.effects,
         (*split.masks, *validating), models.ranges, models.held, models.work,
     )  # fmt: skip
-    point, gain = model.fit.outcome.point, model.fit.problem.values(model.fit.outcome.point)["k"]
-    carried = zip(split.carried, validating, strict=True)
-    own = [own_start(recording, gain, mask) for recording, mask in carried]
-    return polish(problem, [np.concatenate([point, *own])])
+    physical = model.fit.outcome.point[: model.fit.problem.physical]
+    start = [model.fit.outcome.point]
+    for recording, mask in zip(split.carried, validating, strict=True):
+        alone = Problem.of([recording], models.catalogue, model.effects, [mask])
+        start.append(own_point(recording, alone, physical)[alone.physical :])
+    return polish(problem, [np.concatenate(start)])

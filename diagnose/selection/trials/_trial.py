@@ -73,6 +73,11 @@ class Trial:
         """The errors of all validation samples, those that do not choose included."""
         return np.concatenate([np.empty(0), *_validation(self.judged)])
 
+    @property
+    def validation_rmse_deg(self) -> float:
+        """Root mean square of ``validation_errors_deg``; the score's is of those that choose."""
+        return rms([self.validation_errors_deg])
+
 
 def _validation(judged: Sequence[Judged]) -> list[Array]:
     """The errors of the validation samples; of the fitted ones where there are none."""

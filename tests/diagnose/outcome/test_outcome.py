@@ -13,7 +13,7 @@ import pytest
 from servosight.diagnose.evidence import Stability
 from servosight.diagnose.outcome import _outcome
 from servosight.diagnose.outcome._outcome import Outcome, verdict_of
-from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged
+from servosight.diagnose.residuals import FIT, TEST, VALIDATION, Judged, rms
 from servosight.diagnose.result import Verdict
 from servosight.diagnose.selection import (
     AcceptanceCriterion,
@@ -44,7 +44,12 @@ def trial(effects: str, validation_deg: float = 0.1, beyond: Sequence[float] = (
         gain_fitted=True,
     )
     errors = np.concatenate([np.full(200, validation_deg), beyond])
-    return SimpleNamespace(effects=tuple(effects), score=score, validation_errors_deg=errors)
+    return SimpleNamespace(
+        effects=tuple(effects),
+        score=score,
+        validation_errors_deg=errors,
+        validation_rmse_deg=rms([errors]),
+    )
 
 
 def outcome(

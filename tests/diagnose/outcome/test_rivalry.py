@@ -35,7 +35,7 @@ def trial(effects: str, error_deg: float) -> Any:
         effects=tuple(effects),
         score=score,
         key=(tuple(effects), ()),
-        validation_errors_deg=np.full(300, error_deg),
+        validation_rmse_deg=error_deg,
     )
 
 

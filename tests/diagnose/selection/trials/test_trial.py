@@ -101,5 +101,6 @@ def test_validation_samples_that_do_not_choose_are_in_its_errors_and_not_in_its_
     assert trial.score.mean_square_deg2 == pytest.approx(1.0)
     assert (trial.score.samples, trial.score.validation_samples) == (200, 100)
     assert np.sort(trial.validation_errors_deg).round(6).tolist() == [1.0] * 100 + [9.0] * 100
+    assert trial.validation_rmse_deg == pytest.approx(41.0**0.5)
     blocks = trial.score.blocks_deg2
     np.testing.assert_allclose(blocks[np.isfinite(blocks)], 1.0)
