@@ -193,6 +193,7 @@ def find_exposure(
     steady_rad, alike = 0.0, 1.0
     if by_rows:
         steady_rad, alike = steady_shear(partial(left, 0.0), share * speed[fast], frame_s)
-    pace_px = further_px(speed[fast], model.own_speed, frame_s, meter.radius_px)
+    samples = meter.radius_px / meter.model.grain  # a codec blurs colour by as many of its pixels
+    pace_px = further_px(speed[fast], model.own_speed, frame_s, samples)
     sheared = partial(left, steady_rad)
     return found_shutters(sheared, sheared, frame_s, pace_px, by_rows=by_rows, alike=alike)

@@ -31,7 +31,7 @@ def measured_in_places(
 ) -> Track:
     """The track of the part in the first of the places where most changes whose own pictures
     confirm one; ``refused`` where none do, where the user points at a part, or where it has an
-    uncertain angle.
+    uncertain angle. Where it has none, and a place has, the refusal of that place.
 
     A part must explain as much of what changes there as one that is believed.
     """
@@ -41,15 +41,21 @@ def measured_in_places(
         raise refused
     for window in _windows(footage):
         try:
-            track = _measured(Footage.of(footage.film, options, window), progress)
-        except TrackRefused:
-            continue
-        note = (
-            f"found in a piece of {window.width} x {window.height} px of the pictures: elsewhere "
-            "more changes that does not turn"
-        )
-        return replace(track, notes=(note, *track.notes))
+            return _in_place(_measured(Footage.of(footage.film, options, window), progress), window)
+        except TrackRefused as there:
+            if there.rough is not None and refused.rough is None:
+                refused = there
+                refused.rough = _in_place(there.rough, window)
     raise refused
+
+
+def _in_place(track: Track, window: Window) -> Track:
+    """The track, with a note on where it was found."""
+    note = (
+        f"found in a piece of {window.width} x {window.height} px of the pictures: elsewhere "
+        "more changes that does not turn"
+    )
+    return replace(track, notes=(note, *track.notes))
 
 
 def _measured(place: Footage, progress: FrameProgress | None) -> Track:

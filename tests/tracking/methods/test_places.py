@@ -14,10 +14,10 @@ import pytest
 
 from servosight.models.core import Array, Image
 from servosight.tracking.core import Track, TrackOptions, TrackRefused, turned
-from servosight.tracking.methods import _composite
+from servosight.tracking.methods import _composite, _places
 from servosight.tracking.methods._footage import Footage
-from servosight.tracking.methods._places import _joint, _places, measured_in_places
-from servosight.tracking.video import open_film
+from servosight.tracking.methods._places import measured_in_places
+from servosight.tracking.video import Window, open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
 
@@ -102,23 +102,54 @@ def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_has_an_angle(
     assert raised.value is refused
 
 
+def test_an_uncertain_angle_in_a_place_is_kept_where_no_other_place_has_a_surer_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, write: Write
+) -> None:
+    """As of a small part, beside someone who moves: in the whole pictures nothing is found."""
+    video = write(tmp_path / "someone.mkv", filmed(ANGLE_DEG), np.arange(FRAMES) / RATE_HZ)
+    footage = Footage.of(open_film(video, OPTIONS), OPTIONS)
+    sure = measured_in_places(footage, REFUSED, None)
+    answers: list[Track | TrackRefused] = []
+
+    def measured(*given: object) -> Track:
+        answer = answers.pop(0)
+        if isinstance(answer, TrackRefused):
+            raise answer
+        return answer
+
+    def uncertain() -> TrackRefused:
+        return TrackRefused("uncertain", PICTURE, uncertain=True, rough=sure)
+
+    windows = [Window.around((100.0, 100.0), side, SIZE[::-1]) for side in (90, 120, 150)]
+    monkeypatch.setattr(_places, "_windows", lambda footage: windows)
+    monkeypatch.setattr(_places, "_measured", measured)
+    answers = [REFUSED, uncertain(), uncertain()]
+    with pytest.raises(TrackRefused, match="uncertain") as raised:
+        measured_in_places(footage, TrackRefused("in whole pictures", PICTURE), None)
+    assert raised.value.rough is not None
+    assert raised.value.rough.notes[0].startswith("found in a piece of 120 x 120 px")
+    answers = [uncertain(), sure, uncertain()]
+    found = measured_in_places(footage, TrackRefused("in whole pictures", PICTURE), None)
+    assert found.notes[0].startswith("found in a piece of 120 x 120 px")
+
+
 def test_places_are_those_in_which_much_changes_that_with_the_most_at_the_end() -> None:
     swing = 60.0 * np.sin(np.arange(12.0)).astype(np.float32)[:, None, None]
     pictures = np.full((12, 90, 120), 100.0, np.float32)
     pictures[:, 20:30, 20:30] += swing
     pictures[:, 60:80, 80:100] += swing
     pictures[:, 80, 10] += swing[:, 0, 0] / 3.0  # less than 0.1 % of the squared change
-    places = _places(pictures)
+    places = _places._places(pictures)
     assert [bool(place[70, 90]) for place in places] == [False, True]
     assert [bool(place[25, 25]) for place in places] == [True, False]
-    assert _places(pictures[:1]) == []
+    assert _places._places(pictures[:1]) == []
 
 
 def test_a_place_that_someone_passes_is_none() -> None:
     pictures = np.full((12, 90, 120), 100.0, np.float32)
     pictures[:, 20:30, 20:30] += 60.0 * np.sin(np.arange(12.0))[:, None, None]
     pictures[3:8, 60:80, 80:100] += 60.0
-    assert [bool(place[25, 25]) for place in _places(pictures)] == [True]
+    assert [bool(place[25, 25]) for place in _places._places(pictures)] == [True]
 
 
 def test_places_beside_each_other_are_one_as_well() -> None:
@@ -129,6 +160,6 @@ def test_places_beside_each_other_are_one_as_well() -> None:
     edges[1, 20:40, 35:38] = True
     away = np.zeros((90, 120), bool)
     away[70:75, 100:105] = True
-    (joint,) = _joint([edges[0], away, edges[1]])
+    (joint,) = _places._joint([edges[0], away, edges[1]])
     np.testing.assert_array_equal(joint, edges.any(0))
-    assert _joint([edges[0], away]) == _joint([]) == []
+    assert _places._joint([edges[0], away]) == _places._joint([]) == []
