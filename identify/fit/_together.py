@@ -53,7 +53,7 @@ def fit_together(
     not a lower minimum. Once all simulations have come to ``most_cost``, no more starts are
     followed to their end, and nothing is varied.
     """
-    begun = _begun(problem, spread(problem, base), STARTS)
+    begun = _begun(problem, *centred(problem, spread(problem, base)), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg, most_cost)
     far = 0.0 < FAR * enough_deg < fit.rmse_deg or fit.rmse_deg > most_deg
     return fit if far else fit_varied(fit, enough_deg, most_cost)
@@ -74,16 +74,17 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0, most_cost: float = np.inf
     for seed in range(ROUNDS):
         if fit.rmse_deg <= enough_deg or in_vain == IN_VAIN or work.cost >= most_cost:
             break
-        varied = _begun(fit.problem, _variations(fit, seed), VARIED_STARTS)[0]
+        points = _variations(fit, seed)
+        costs = half_squares(fit.problem.residuals(points))
+        varied = _begun(fit.problem, points, costs, VARIED_STARTS)[0]
         best = over_horizons(varied, enough_deg)
         in_vain = 0 if best.outcome.cost < CLEARLY * fit.outcome.cost else in_vain + 1
         fit = min(fit, best, key=_cost)
     return ended(fit)
 
 
-def _begun(problem: Problem, points: Array, starts: int) -> list[Solution]:
+def _begun(problem: Problem, points: Array, costs: Array, starts: int) -> list[Solution]:
     """Short descents from the cheapest of ``points``, the best first."""
-    costs = half_squares(problem.residuals(points))
     found = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:starts]]
     return sorted(found, key=_cost)
 
@@ -158,3 +159,23 @@ def _place(problem: Problem, points: Array) -> None:
         command = recording.command_at(recording.time_s)
         points[:, own] = np.mean(recording.angle_deg) - points[:, 0] * np.mean(command)
         points[:, own + 1 : own + 3] = recording.angle_deg[0], 0.0
+
+
+def centred(problem: Problem, points: Array) -> tuple[Array, Array]:
+    """Search points (points, coordinates) with each bias moved by the mean error of its recording
+    where that leaves less, and their costs (points,).
+
+    Weight, friction and limits keep a servo's mean angle from where k and the mean command have it
+    by far more than its bias is: each point by another amount, which its simulation shows.
+    """
+    ends = np.cumsum([int(mask.sum()) for mask in problem.masks])[:-1]
+    before = np.split(problem.residuals(points), ends, axis=1)
+    columns = problem.physical + 3 * np.arange(len(before))
+    moved = points.copy()
+    moved[:, columns] += np.stack([errors.mean(axis=1) for errors in before], axis=1)
+    moved = np.clip(moved, *problem.bounds)
+    after = np.split(problem.residuals(moved), ends, axis=1)
+    costs = np.array([[half_squares(errors) for errors in pair] for pair in (before, after)])
+    kept = costs.argmin(axis=0).T  # (points, recordings): 1 where moving it leaves less
+    moved[:, columns] = np.where(kept == 1, moved[:, columns], points[:, columns])
+    return moved, costs.min(axis=0).sum(axis=0)
