@@ -19,10 +19,10 @@ _USUAL_PX = np.repeat([30.0, 0.2, 0.05], _POSE)
 # composed clips without tilt some hundredths of a pixel.
 _SYSTEMATIC_PX, _ALIKE_RAD = 0.05, np.deg2rad(15.0)
 # A tilt is told from a shadow by how both change with the angle: of a part that rests at two angles
-# hardly, and on composed clips with shadows it is 0.1 px to 1 px there. As many equally filled
-# sixths of the range are enough.
+# hardly, and on composed clips with shadows it is 0.1 px to 1 px there. As many angles, farther
+# apart than a sixth of the range, are enough.
 _RESTING_PX = 0.2
-_SIXTHS, _LEAST_SIXTHS = 6, 3.5
+_APART, _LEAST_ANGLES = 1.0 / 6.0, 3.5
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,14 @@ def estimated_tilt(
 def filled(angle_rad: Array) -> bool:
     """Whether angles (n,) fill their range well enough to tell a tilt.
 
-    >>> filled(np.linspace(0.0, 1.0, 30)), filled(np.repeat([0.0, 1.0], 15))
+    They are as many different ones as the mean of how alike each two of them are says.
+
+    >>> filled(np.linspace(0.0, 1.0, 30)), filled(np.repeat([0.0, 0.49, 0.51, 1.0], 15))
     (True, False)
     """
-    share = np.histogram(angle_rad, _SIXTHS)[0] / angle_rad.size
-    return bool(1.0 / np.sum(share**2) > _LEAST_SIXTHS)
+    away = np.abs(np.subtract.outer(angle_rad, angle_rad))
+    alike = np.maximum(1.0 - away / max(_APART * np.ptp(angle_rad), 1e-12), 0.0)
+    return bool(1.0 / alike.mean() > _LEAST_ANGLES)
 
 
 def changed_rad(by_shape: Array, square: Array) -> float:
