@@ -29,9 +29,9 @@ class SearchEffort:
     much, but no less than the share ``least_share``. The steps may take the share ``steps_share``
     of it, whatever was spent before them; the search behind them ends at ``search_share``, so that
     some is left for what may stand in for its answer. Effects fitted at once are varied up to
-    ``together_share``: what still errs then lacks an effect. A rich model is varied where no more
-    than ``varied_share`` was spent before, so that it can be reduced; near the floor it may be
-    reduced for ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
+    ``together_share``: what still errs then lacks an effect. A rich model is varied up to
+    ``varied_share``, so that it can be reduced; near the floor it may be reduced for
+    ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
     may cost ``further_share`` of it more.
     """
 
@@ -71,9 +71,12 @@ class SearchEffort:
         most_cost = self.together_share * self.most(models)
         return models.together(base, names, enough_deg, most_deg, most_cost)
 
-    def varied(self, models: ModelSelection, trial: Trial, enough_deg: float) -> Trial:
-        """``trial``, or a better fit of its effects, from variations as far as the cost goes."""
-        return models.varied(trial, enough_deg, self.most(models))
+    def varied(
+        self, models: ModelSelection, trial: Trial, enough_deg: float, share: float = 1.0
+    ) -> Trial:
+        """``trial``, or a better fit of its effects, from variations as far as a share of the cost
+        goes."""
+        return models.varied(trial, enough_deg, share * self.most(models))
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,9 @@ class BackwardSearch:
         if not criterion.done(begun.score):
             if self.visited.is_chance(begun):
                 return begun
-            rich = self.models.finished(self.rich(begun, self._ordinary))
+            rich = self.rich(begun, self._ordinary)
+            if not self._comes_late or self._is_near(rich):
+                rich = self.models.finished(rich)
             if self._is_hopeless(rich):
                 return begun
             if rich.key != begun.key:
@@ -49,11 +51,16 @@ class BackwardSearch:
         return begun
 
     def _largest(self, rich: Trial, begun: Trial) -> Trial:
-        """What is to be reduced: the rich model, varied where enough of the cost is left to reduce
-        it afterwards, or as it is near the floor; else that with the first effects."""
-        if not self.effort.is_spent(self.models, self.effort.varied_share):
-            return self._varied(rich, self.visited.criterion.enough_deg)
+        """What is to be reduced: the rich model, varied, or as it is near the floor where it comes
+        late; else that with the first effects."""
+        if not self._comes_late:
+            return self._varied(rich, self.visited.criterion.enough_deg, self.effort.varied_share)
         return rich if self._is_near(rich) else begun
+
+    @property
+    def _comes_late(self) -> bool:
+        """True where too little of the cost is left to vary a rich model and to reduce it."""
+        return self.effort.is_spent(self.models, self.effort.varied_share)
 
     def search_unloaded(self) -> bool:
         """The same with k held at 1; True where the data do not ask for another k.
@@ -151,23 +158,27 @@ class BackwardSearch:
         """True where a model's error on the fitted data is not far above the floor."""
         return trial.score.train_rmse_deg <= _ASTRAY * self.visited.criterion.floor_deg
 
-    def _varied(self, trial: Trial, enough_deg: float) -> Trial:
-        """``trial`` fitted from variations, as far as simulations are left."""
+    def _varied(self, trial: Trial, enough_deg: float, share: float = 1.0) -> Trial:
+        """``trial`` fitted from variations, as far as a share of all simulations goes."""
         if self.effort.is_spent(self.models):
             return trial
         self.progress("varying the model", 0, 1)
-        return self.effort.varied(self.models, trial, enough_deg)
+        return self.effort.varied(self.models, trial, enough_deg, share)
 
     def rich(self, base: Trial, names: Sequence[str]) -> Trial:
         """``base`` with those effects of an ordinary servo that the fitted data move.
 
         They are fitted together: each is added to all before it, and all parameters follow. Where
-        a smaller model errs less than ``base``, one whose sketch gains nothing is not fitted.
+        a smaller model errs less than ``base``, one whose sketch gains nothing is not fitted, nor
+        one that shapes the command and gains nothing alone.
         """
         outdone, criterion = self.visited.is_outdone(base), self.visited.criterion
+        shaping = shapes(names, self.models.catalogue).values()
         trial = base
         for i, name in enumerate(names):
             if name not in self.models.candidates(trial) or self.effort.is_spent(self.models):
+                continue
+            if name in shaping and not self._gains_alone(name):
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
             sketch = self.models.sketched(trial, name) if outdone else None

@@ -21,7 +21,7 @@ def term(
 
     Time-optimal for a goal that moves along the line: it accelerates until the speed is reached or
     until it must brake (Kroeger and Wahl, IEEE Trans. Robotics 26(1) (2010)). A parabola goes out
-    as chords within 0.0005 deg.
+    as chords within 0.002 deg, a fortieth of the step of an encoder with 4,096.
     """
     gap = value - last
     # Faster than the goal by this much, or than what can be followed of it.
@@ -57,7 +57,7 @@ def term(
         lasts = min(lasts, gap / (speed - slope))  # the goal runs past: then plan anew
     lasts = max(min(lasts, horizon), 1e-9)
     if change != 0.0:
-        lasts = lasts / math.ceil(lasts / math.sqrt(4e-3 / acceleration))
+        lasts = lasts / math.ceil(lasts / math.sqrt(16e-3 / acceleration))
     return last, speed + 0.5 * change * lasts, lasts, change
 
 

@@ -56,6 +56,31 @@ def test_a_rich_model_that_comes_late_and_errs_much_gives_way_to_the_first_effec
     assert models.done[: 3 + len(done)] == ["first", "together ab", "fit abc", *done]
 
 
+@pytest.mark.parametrize(("cost", "reduced"), [(5.1, "reduce bc"), (4.9, "reduce b")])
+def test_a_rich_model_that_comes_late_and_errs_much_is_not_fitted_to_its_end(
+    cost: float, reduced: str
+) -> None:
+    """At its end it would leave 0.5 deg, within ten times the floor, for much of what is left."""
+    models = InventedModels({"": 9.0, "ab": 3.0, "abc": 1.01}, finished_deg={"abc": 0.5})
+    search = replace(backward(models, "abc"), effort=SearchEffort(cost=cost))
+    search.search(models.fitted((), "first"))  # type: ignore[arg-type]
+    assert next(one for one in models.done if one.startswith("reduce")) == reduced
+
+
+@pytest.mark.parametrize(("alone_deg", "fitted"), [(3.0, False), (2.0, True)])
+def test_what_shapes_the_command_and_gains_nothing_alone_is_in_no_rich_model(
+    alone_deg: float, fitted: bool
+) -> None:
+    """A motion profile, ``c``, that contains a slew limit, ``a``: its simulations cost most."""
+    errors = {"": 3.0, "ab": 1.0, "c": alone_deg, "bc": 0.9}
+    models = InventedModels(errors, contains={"c": "a"}, on_command="ac")
+    models.first()
+    models.fitted(("c",), "single")
+    begun = models.fitted(("a", "b"), "begun")
+    rich = backward(models).rich(begun, "abc")  # type: ignore[arg-type]
+    assert ("c" in rich.effects) is fitted
+
+
 @pytest.mark.parametrize(("single_deg", "at_bounds", "goes_on"), [
     (0.19, "", False), (0.21, "", True), (0.19, "z", True),
 ])  # fmt: skip
