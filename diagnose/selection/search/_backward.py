@@ -101,7 +101,7 @@ class BackwardSearch:
         far above it, as those of few parameters cost little, and all of them again from there if
         that is lower. Where they still end far above it, and one that shapes the
         command matters, they are fitted with what contains it in its place: with a command of
-        another shape all else is fitted wrong.
+        another shape all else is fitted wrong. Where the cost is spent, what of these is known.
         """
         models, policy = self.models, self.visited.criterion.policy
         names = self._ordinary[: policy.together]
@@ -111,8 +111,10 @@ class BackwardSearch:
         covered = {one for own in (*there, *able) for one in models.catalogue[own].contains}
         apart = [name for name in able if not set(models.catalogue[name].contains) & there]
         new = [*known, *(name for name in apart if name not in covered)]
-        if not new or self.effort.is_spent(models):
+        if not new:
             return base
+        if self.effort.is_spent(models):
+            return self._known_with(base, new)
         criterion = self.visited.criterion
         begun = self.effort.together(models, base, new, criterion.enough_deg)
         if len(new) > policy.core and not criterion.settled(begun.score):
@@ -123,6 +125,15 @@ class BackwardSearch:
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
         return self._shaped(base, new, begun)
+
+    def _known_with(self, base: Trial, new: Sequence[str]) -> Trial:
+        """The best of ``base`` with ``new``, or with a richer effect of the command, that was
+        fitted before; ``base`` where none was."""
+        richer = shapes(self._ordinary, self.models.catalogue)
+        wanted = [{*base.effects, *new}, {*base.effects, *(richer.get(name, name) for name in new)}]
+        known = (one for one in self.models.trials.values() if one.held == base.held)
+        joint = (one for one in known if set(one.effects) in wanted)
+        return min(joint, key=lambda one: one.score.train_rmse_deg, default=base)
 
     def _shaped(self, base: Trial, new: Sequence[str], begun: Trial) -> Trial:
         """``begun``, or lower: ``base`` with ``new`` and a richer effect of the command."""

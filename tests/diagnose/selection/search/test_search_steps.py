@@ -204,10 +204,30 @@ def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -
     models = InventedModels({"": 1.0, "abcd": 0.1})
     base = models.fitted(tuple("abcd"), "first")
     assert backward(models).together(base) is base  # type: ignore[arg-type]
+    assert models.done == ["first abcd"]
+    models = InventedModels({"": 1.0, "abcd": 0.1})
     linear = models.fitted((), "first")
     spent = backward(models, replace(EFFORT, cost=1.0))
     assert spent.together(linear) is linear  # type: ignore[arg-type]
-    assert models.done == ["first abcd", "first"]
+    assert models.done == ["first"]
+
+
+@pytest.mark.parametrize(("shaped_deg", "known"), [(0.2, "bcde"), (0.4, "abcd")])
+def test_what_was_fitted_at_once_before_is_known_where_all_is_spent(
+    shaped_deg: float, known: str
+) -> None:
+    """The better of all with a slew limit, ``a``, and with the profile ``e`` that contains it."""
+    errors = {"": 1.0, "abcd": 0.3, "bcde": shaped_deg}
+    models = InventedModels(errors, contains={"e": "a"}, on_command="ae")
+    linear = models.fitted((), "first")
+    for effects in ("abcd", "bcde"):
+        models.fitted(tuple(effects), "together")
+    policy = SelectionPolicy(ordinary=tuple("abcde"), together=4)
+    visited = Visited(models, AcceptanceCriterion(0.1, 0.0, policy))  # type: ignore[arg-type]
+    spent = replace(EFFORT, cost=1.0)
+    search = BackwardSearch(models, visited, spent, silent)  # type: ignore[arg-type]
+    found = search.together(linear)  # type: ignore[arg-type]
+    assert "".join(found.effects) == known
 
 
 @pytest.mark.parametrize(
