@@ -175,7 +175,6 @@ def centred(problem: Problem, points: Array) -> tuple[Array, Array]:
     moved[:, columns] += np.stack([errors.mean(axis=1) for errors in before], axis=1)
     moved = np.clip(moved, *problem.bounds)
     after = np.split(problem.residuals(moved), ends, axis=1)
-    costs = np.array([[half_squares(errors) for errors in pair] for pair in (before, after)])
-    kept = costs.argmin(axis=0).T  # (points, recordings): 1 where moving it leaves less
-    moved[:, columns] = np.where(kept == 1, moved[:, columns], points[:, columns])
-    return moved, costs.min(axis=0).sum(axis=0)
+    once, now = (np.stack([half_squares(one) for one in each], 1) for each in (before, after))
+    moved[:, columns] = np.where(now < once, moved[:, columns], points[:, columns])
+    return moved, np.minimum(now, once).sum(axis=1)

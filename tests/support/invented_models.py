@@ -201,6 +201,9 @@ class InventedModels:
     def reduced(self, base: InventedTrial, without: str, budget: int = 0) -> InventedTrial:
         return self.fitted(self.without(base, without).effects, "reduce", base.held)
 
+    def alike(self, trial: InventedTrial) -> list[InventedTrial]:
+        return [one for one in self.trials.values() if one.held == trial.held]
+
     def no_worse(self, trial: InventedTrial) -> InventedTrial:
         return trial
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from servosight.diagnose.selection._ordinary import at_several_gains, shapes
 from servosight.diagnose.selection._steps import SearchEffort
@@ -94,6 +95,11 @@ class BackwardSearch:
             return ordinary
         return at_several_gains(ordinary, self.models.catalogue)
 
+    @cached_property
+    def _richer(self) -> dict[str, str]:
+        """The ordinary effects of the command that another one of these contains, and that one."""
+        return shapes(self._ordinary, self.models.catalogue)
+
     def together(self, base: Trial) -> Trial:
         """``base`` with what the user knows and the first ordinary effects, fitted at once.
 
@@ -129,16 +135,15 @@ class BackwardSearch:
     def _known_with(self, base: Trial, new: Sequence[str]) -> Trial:
         """The best of ``base`` with ``new``, or with a richer effect of the command, that was
         fitted before; ``base`` where none was."""
-        richer = shapes(self._ordinary, self.models.catalogue)
-        wanted = [{*base.effects, *new}, {*base.effects, *(richer.get(name, name) for name in new)}]
-        known = (one for one in self.models.trials.values() if one.held == base.held)
-        joint = (one for one in known if set(one.effects) in wanted)
+        shaped = [self._richer.get(name, name) for name in new]
+        wanted = [{*base.effects, *new}, {*base.effects, *shaped}]
+        joint = (one for one in self.models.alike(base) if set(one.effects) in wanted)
         return min(joint, key=lambda one: one.score.train_rmse_deg, default=base)
 
     def _shaped(self, base: Trial, new: Sequence[str], begun: Trial) -> Trial:
         """``begun``, or lower: ``base`` with ``new`` and a richer effect of the command."""
         models, criterion = self.models, self.visited.criterion
-        for name, richer in shapes(self._ordinary, models.catalogue).items():
+        for name, richer in self._richer.items():
             if self._is_near(begun) or self.effort.is_spent(models):
                 return begun
             if name not in begun.effects or richer not in models.candidates(begun):
@@ -184,12 +189,11 @@ class BackwardSearch:
         one that shapes the command and gains nothing alone.
         """
         outdone, criterion = self.visited.is_outdone(base), self.visited.criterion
-        shaping = shapes(names, self.models.catalogue).values()
         trial = base
         for i, name in enumerate(names):
             if name not in self.models.candidates(trial) or self.effort.is_spent(self.models):
                 continue
-            if name in shaping and not self._gains_alone(name):
+            if name in self._richer.values() and not self._gains_alone(name):
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
             sketch = self.models.sketched(trial, name) if outdone else None
