@@ -15,6 +15,7 @@ import numpy as np
 
 from servosight.identify.fit._horizon import CLEARLY, over_horizons
 from servosight.identify.fit._solution import Solution, ended, polish
+from servosight.identify.fit._unreached import with_limits_reached
 from servosight.identify.problem import Problem, neutral_start
 from servosight.identify.search import half_squares
 from servosight.models.core import Array
@@ -55,6 +56,7 @@ def fit_together(
     """
     begun = _begun(problem, *centred(problem, spread(problem, base)), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg, most_cost)
+    fit = with_limits_reached(fit, enough_deg)
     far = 0.0 < FAR * enough_deg < fit.rmse_deg or fit.rmse_deg > most_deg
     return fit if far else fit_varied(fit, enough_deg, most_cost)
 

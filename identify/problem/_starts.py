@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from servosight.identify.problem._problem import Problem
-from servosight.models.core import Array, Mask
+from servosight.models.core import CORE, TORQUE, Array, Mask, Recording
 from servosight.models.effects import Effect, GuessFeatures, ResidualFeatures
 from servosight.models.plant import loop_filter
 
 Masks = tuple[Mask, ...]
 
+_SCALINGS = {parameter.name: parameter.scaling for parameter in CORE}
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
 _SHORTER_LAGS = (0.5, 0.2)
 _LONGER_TIMES = (1.0, 2.0)
@@ -67,24 +68,45 @@ def _followed(problem: Problem, point: Array) -> list[Array]:
     ]
 
 
+def mean_setup(recordings: Sequence[Recording]) -> tuple[float, float]:
+    """The geometric means of the recordings' relative gains and loads."""
+    setups = [(one.relative_gain, one.relative_load) for one in recordings]
+    gain, load = np.exp(np.log(setups).mean(axis=0))
+    return float(gain), float(load)
+
+
+def _lag_of(recording: Recording, values: Mapping[str, float]) -> tuple[float, float]:
+    """T and xi as they are in a recording."""
+    T, xi = (
+        values[name] * _SCALINGS[name].factor(recording.relative_gain, recording.relative_load)
+        for name in ("T", "xi")
+    )
+    return T, xi
+
+
 def guess_features(problem: Problem, point: Array) -> GuessFeatures:
-    """Initial-guess features: sizes, from the recordings and a fit (a search point)."""
+    """Initial-guess features: sizes, from the recordings and a fit (a search point).
+
+    Torques and T are those at the mean gain of the recordings, where their residuals are.
+    """
     residual = problem.residuals(point[None, :])[0]
     speeds, drives, ranges = [], [], []
-    values = problem.values(point)
+    values, mean = problem.values(point), mean_setup(problem.recordings)
     followed = _followed(problem, point)
     for r, (recording, angles) in enumerate(zip(problem.recordings, followed, strict=True)):
         bias = point[problem.physical + 3 * r]
         speeds.append(np.max(np.abs(np.gradient(angles, recording.time_s))))
         command = recording.command_at(recording.time_s)
-        drives.append(np.max(np.abs(values["k"] * command + bias - angles)))
+        drive = np.max(np.abs(values["k"] * command + bias - angles))
+        own = TORQUE.factor(recording.relative_gain, recording.relative_load)
+        drives.append(drive / own * TORQUE.factor(*mean))
         ranges.append(0.5 * recording.moved_range_deg)
     return GuessFeatures(
         residual_deg=float(np.sqrt(np.mean(residual**2))),
         amplitude_deg=float(max(ranges)),
         speed_deg_s=float(max(max(speeds), 1.0)),
         drive_deg=float(max(max(drives), 0.1)),
-        T_s=values["T"],
+        T_s=values["T"] * _SCALINGS["T"].factor(*mean),
         curves=residual_features(problem, point),
     )
 
@@ -92,7 +114,7 @@ def guess_features(problem: Problem, point: Array) -> GuessFeatures:
 def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
     """Residual features: recordings and a fit (a search point), sample by sample, joined."""
     values = problem.values(point)
-    k, T, xi = values["k"], values["T"], values["xi"]
+    k = values["k"]
     columns: list[tuple[Array, ...]] = []
     intervals = [float(np.median(np.diff(one.time_s))) for one in problem.recordings]
     followed = _followed(problem, point)
@@ -106,7 +128,10 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         columns.append((command, angle, speed, drive, angle - model, pushed, asked))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
-    filters = [loop_filter(T, xi, interval) for interval in intervals]
+    filters = [
+        loop_filter(*_lag_of(recording, values), interval)
+        for recording, interval in zip(problem.recordings, intervals, strict=True)
+    ]
 
     def respond(torques: Array) -> Array:
         parts = zip(filters, np.split(torques, edges, axis=1), strict=True)
@@ -142,9 +167,14 @@ class BaseModel:
         return guess_features(self.problem, self.point)
 
     def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
-        """The effect's own guesses of its parameters."""
+        """The effect's own guesses of its parameters, at relative gain and load 1."""
         if effect.id not in self._guesses:
-            self._guesses[effect.id] = effect.guesses(self.guess_features)
+            mean = mean_setup(self.problem.recordings)
+            factors = [parameter.scaling.factor(*mean) for parameter in effect.parameters]
+            self._guesses[effect.id] = tuple(
+                tuple(value / factor for value, factor in zip(guess, factors, strict=True))
+                for guess in effect.guesses(self.guess_features)
+            )
         return self._guesses[effect.id]
 
 
