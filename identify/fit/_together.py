@@ -49,10 +49,11 @@ def fit_together(
 ) -> Solution:  # fmt: skip
     """Fit the effects that ``base`` lacks at once; its T, xi and bias are no start.
 
-    An rms error of ``enough_deg`` ends the search. A fit that ends above ``FAR`` times as much is
-    not varied, nor one above ``most_deg``, which another model reaches: what it lacks is an effect,
-    not a lower minimum. Once all simulations have come to ``most_cost``, no more starts are
-    followed to their end, and nothing is varied.
+    An rms error of ``enough_deg`` ends the search. Limits that the best fit does not reach are
+    tried where they act, whatever that costs. A fit that ends above ``FAR`` times as much is not
+    varied, nor one above ``most_deg``, which another model reaches: what it lacks is an effect, not
+    a lower minimum. Once all simulations have come to ``most_cost``, no more starts are followed to
+    their end, and nothing is varied.
     """
     begun = _begun(problem, *centred(problem, spread(problem, base)), STARTS)
     fit = _first_enough(map(ended, begun[:FINISHED]), enough_deg, most_cost)

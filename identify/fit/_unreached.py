@@ -49,12 +49,14 @@ def unreached(fit: Solution) -> list[Effect]:
     effects = fit.problem.plant.layout.effects
     limits = [one for one in effects if one.id in fit.problem.effects and _is_free(fit, one)]
     without = [_point_at(fit, _scaled(fit, effect, math.inf)) for effect in limits]
-    costs = half_squares(fit.problem.residuals(np.array(without))) if without else ()
+    if not limits:
+        return []
+    costs = half_squares(fit.problem.residuals(np.array(without)))
     most = fit.outcome.cost / CLEARLY
     return [effect for effect, cost in zip(limits, costs, strict=True) if cost < most]
 
 
-def _is_limit(effect: Effect) -> list[bool]:
+def _limits(effect: Effect) -> list[bool]:
     """Which of an effect's parameters are limits, (parameters,): it vanishes as they grow."""
     return [one.reciprocal and math.isinf(one.high) for one in effect.parameters]
 
@@ -62,7 +64,7 @@ def _is_limit(effect: Effect) -> list[bool]:
 def _is_free(fit: Solution, effect: Effect) -> bool:
     """True of a limit none of whose parameters the user holds."""
     held = any(f"{effect.id}.{one.name}" in fit.problem.held for one in effect.parameters)
-    return any(_is_limit(effect)) and not held
+    return any(_limits(effect)) and not held
 
 
 def _begun(fit: Solution, effect: Effect, enough_deg: float) -> Solution | None:
@@ -93,7 +95,7 @@ def _scaled(fit: Solution, effect: Effect, share: float) -> Mapping[str, float]:
     guess = fit.as_base.guesses(effect)[0]
     return {
         f"{effect.id}.{parameter.name}": share * value if limit else value
-        for parameter, value, limit in zip(effect.parameters, guess, _is_limit(effect), strict=True)
+        for parameter, value, limit in zip(effect.parameters, guess, _limits(effect), strict=True)
     }
 
 

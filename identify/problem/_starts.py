@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servosight.identify.problem._problem import Problem
-from servosight.models.core import CORE, TORQUE, Array, Mask, Recording
+from servosight.models.core import TORQUE, Array, Mask, Recording
 from servosight.models.effects import Effect, GuessFeatures, ResidualFeatures
 from servosight.models.plant import loop_filter
 
 Masks = tuple[Mask, ...]
 
-_SCALINGS = {parameter.name: parameter.scaling for parameter in CORE}
 _TIME_CONSTANTS = np.geomspace(2e-3, 0.6, 14)
 _SHORTER_LAGS = (0.5, 0.2)
 _LONGER_TIMES = (1.0, 2.0)
@@ -68,20 +67,11 @@ def _followed(problem: Problem, point: Array) -> list[Array]:
     ]
 
 
-def mean_setup(recordings: Sequence[Recording]) -> tuple[float, float]:
+def _mean_setup(recordings: Sequence[Recording]) -> tuple[float, float]:
     """The geometric means of the recordings' relative gains and loads."""
     setups = [(one.relative_gain, one.relative_load) for one in recordings]
     gain, load = np.exp(np.log(setups).mean(axis=0))
     return float(gain), float(load)
-
-
-def _lag_of(recording: Recording, values: Mapping[str, float]) -> tuple[float, float]:
-    """T and xi as they are in a recording."""
-    T, xi = (
-        values[name] * _SCALINGS[name].factor(recording.relative_gain, recording.relative_load)
-        for name in ("T", "xi")
-    )
-    return T, xi
 
 
 def guess_features(problem: Problem, point: Array) -> GuessFeatures:
@@ -91,7 +81,7 @@ def guess_features(problem: Problem, point: Array) -> GuessFeatures:
     """
     residual = problem.residuals(point[None, :])[0]
     speeds, drives, ranges = [], [], []
-    values, mean = problem.values(point), mean_setup(problem.recordings)
+    values, mean = problem.values(point), _mean_setup(problem.recordings)
     followed = _followed(problem, point)
     for r, (recording, angles) in enumerate(zip(problem.recordings, followed, strict=True)):
         bias = point[problem.physical + 3 * r]
@@ -106,15 +96,14 @@ def guess_features(problem: Problem, point: Array) -> GuessFeatures:
         amplitude_deg=float(max(ranges)),
         speed_deg_s=float(max(max(speeds), 1.0)),
         drive_deg=float(max(max(drives), 0.1)),
-        T_s=values["T"] * _SCALINGS["T"].factor(*mean),
+        T_s=values["T"] * problem.coordinates[1].parameter.scaling.factor(*mean),
         curves=residual_features(problem, point),
     )
 
 
 def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
     """Residual features: recordings and a fit (a search point), sample by sample, joined."""
-    values = problem.values(point)
-    k = values["k"]
+    k = problem.values(point)["k"]
     columns: list[tuple[Array, ...]] = []
     intervals = [float(np.median(np.diff(one.time_s))) for one in problem.recordings]
     followed = _followed(problem, point)
@@ -128,10 +117,8 @@ def residual_features(problem: Problem, point: Array) -> ResidualFeatures:
         columns.append((command, angle, speed, drive, angle - model, pushed, asked))
     edges = np.cumsum([recording.time_s.size for recording in problem.recordings])[:-1]
 
-    filters = [
-        loop_filter(*_lag_of(recording, values), interval)
-        for recording, interval in zip(problem.recordings, intervals, strict=True)
-    ]
+    lags = [problem.rows(point[None, :], r)[0, 1:3] for r in range(len(intervals))]
+    filters = [loop_filter(T, xi, dt) for (T, xi), dt in zip(lags, intervals, strict=True)]
 
     def respond(torques: Array) -> Array:
         parts = zip(filters, np.split(torques, edges, axis=1), strict=True)
@@ -169,7 +156,7 @@ class BaseModel:
     def guesses(self, effect: Effect) -> tuple[tuple[float, ...], ...]:
         """The effect's own guesses of its parameters, at relative gain and load 1."""
         if effect.id not in self._guesses:
-            mean = mean_setup(self.problem.recordings)
+            mean = _mean_setup(self.problem.recordings)
             factors = [parameter.scaling.factor(*mean) for parameter in effect.parameters]
             self._guesses[effect.id] = tuple(
                 tuple(value / factor for value, factor in zip(guess, factors, strict=True))
