@@ -11,7 +11,7 @@ from servosight.models.effects._wave import wave_resolution, wave_starts
 
 def term(theta: float, w: float, amplitude: float, period: float, phase: float) -> float:
     """Torque [deg] at ``theta`` [deg]."""
-    return amplitude * math.sin(6.283185307179586 * theta / period + phase)
+    return amplitude * math.sin(6.283185307179586 / period * theta + phase)
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:

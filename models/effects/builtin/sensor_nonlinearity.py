@@ -11,7 +11,7 @@ from servosight.models.effects._wave import wave_resolution, wave_starts
 
 def term(theta: float, amplitude: float, period: float, phase: float) -> float:
     """What the loop believes the angle ``theta`` [deg] to be."""
-    return theta + amplitude * math.sin(6.283185307179586 * theta / period + phase)
+    return theta + amplitude * math.sin(6.283185307179586 / period * theta + phase)
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:

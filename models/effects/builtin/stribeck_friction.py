@@ -12,7 +12,7 @@ def term(
     rate: float, drive: float, load: float, level: float, excess: float, speed: float
 ) -> float:
     """Size of the friction torque [deg] at ``rate`` [deg/s]; the integrator makes it stick."""
-    share = rate / speed
+    share = rate * (1.0 / speed)
     return level + excess * math.exp(-share * share)
 
 

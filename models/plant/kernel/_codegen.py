@@ -30,7 +30,7 @@ from servosight.models.plant.kernel import _piece as piece
 from servosight.models.plant.kernel import _steps as steps
 from servosight.models.plant.kernel._calls import Slots, symbol
 from servosight.models.plant.kernel._layout import Layout
-from servosight.models.plant.kernel._print_motion import friction, output, switches, torques
+from servosight.models.plant.kernel._print_motion import friction, output, torques
 from servosight.models.plant.kernel._print_setup import (
     command,
     constants,
@@ -90,10 +90,12 @@ def kernel(effects: Mapping[str, Effect]) -> tuple[Callable[..., Any], ...]:
 
     Each is compiled when it is called, or comes from the cache where it stands already.
 
-    Threads that have nothing to simulate sleep, unless ``OMP_WAIT_POLICY`` says otherwise: where
-    another program needs a core, threads that wait actively slow simulations threefold.
+    Threads that have nothing to simulate look for work a thousand times, some microseconds, and
+    then sleep, unless ``OMP_WAIT_POLICY`` and ``GOMP_SPINCOUNT`` say otherwise: where another
+    program needs a core, threads that wait actively slow simulations threefold.
     """
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # read when numba starts its threads
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # both are read when threads start
+    os.environ.setdefault("GOMP_SPINCOUNT", "1000")
     text = kernel_source(effects.values())
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     module_name = f"servosight_kernel_{digest}"
@@ -190,5 +192,5 @@ def _dispatchers(layout: Layout) -> str:
     """The functions of _terms.py for this layout."""
     slots = Slots(layout)
     setup = (constants, rows, queries, states, command, pace)
-    motion = (torques, switches, friction, output)
+    motion = (torques, friction, output)
     return "\n\n".join(write(slots) for write in (*setup, *motion))

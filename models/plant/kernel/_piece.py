@@ -78,7 +78,7 @@ def motor(p, on, exact):
     A far inertia on its spring is forcing of that core.
     """
     held = friction_size(p, on, 0.0, 0.0, 0.0) if exact else 0.0
-    near = math.sqrt(1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p))[3])
+    near = math.sqrt(1.0 - torques(p, on, 0.0, 0.0, 0.0, start_states(p), 0)[3])
     return p[1] * near, p[2] / near, held
 
 
@@ -101,7 +101,7 @@ def moved(p, on, exact, own, x, z, a0, r0, h, force, rise, mode):
     if exact:
         x1, a0, a1 = coast(x, h, force - mode * held, rise, core, full)
         return x1, z, a0, a1, z, z
-    x1, z1, a1, r1 = slide(p, on, x, z, a0, r0, h, force, rise, mode, core, half, full)
+    x1, z1, a1, r1, _ = slide(p, on, x, z, a0, r0, h, force, rise, mode, core, half, full)
     return x1, z1, a0, a1, r0, r1
 
 
@@ -147,7 +147,7 @@ def piece(
                 limit = step
         a0, r0 = 0.0, z
         if mode != 0 and not exact:
-            a0, r0 = net_torque(p, on, x[0], x[1], z, now, mode)
+            a0, r0, before = net_torque(p, on, x[0], x[1], z, now, mode)
         if eventless:  # straight to the next sample, if that is beyond the step
             limit = max(limit, samples[n] - t - gone)
         if paced:
@@ -174,16 +174,19 @@ def piece(
                 x1, a0, a1 = coast(x, h, now - mode * held, rise, core, full)
                 z1, r0, r1 = z, z, z
             else:
-                x1, z1, a1, r1 = slide(p, on, x, z, a0, r0, h, now, rise, mode, core, half, full)
-            if switching:
-                # A step over a kink says nothing of what stops or turns the motion: that is looked
-                # for up to the kink.
-                tau = first_kink(p, on, x, x1, z, a0, a1, h, now, rise, mode)
-                if _EDGE * h < tau < (1.0 - _EDGE) * h:
-                    h, reach, known = tau, step, -1.0
-                    x1, z1, a0, a1, r0, r1 = moved(
-                        p, on, exact, own, x, z, a0, r0, h, now, rise, mode
-                    )
+                x1, z1, a1, r1, after = slide(
+                    p, on, x, z, a0, r0, h, now, rise, mode, core, half, full
+                )
+                if switching:
+                    # A step over a kink says nothing of what stops or turns the motion: that is
+                    # looked for up to the kink.
+                    ends = (x, a0, z, r0, before), (x1, a1, z1, r1, after)
+                    tau = first_kink(p, on, ends, h, now, rise, mode)
+                    if _EDGE * h < tau < (1.0 - _EDGE) * h:
+                        h, reach, known = tau, step, -1.0
+                        x1, z1, a0, a1, r0, r1 = moved(
+                            p, on, exact, own, x, z, a0, r0, h, now, rise, mode
+                        )
             tau = h
             if friction and mode * x1[1] <= 0.0:
                 tau = cubic_root(h, x[1], a0, x1[1], a1)

@@ -1,4 +1,4 @@
-"""The kernel's functions within a step: torques, kinks, friction and the surface's angle."""
+"""The kernel's functions within a step: torques and kinks, friction, the surface's angle."""
 
 from __future__ import annotations
 
@@ -40,25 +40,12 @@ def _load(slots: Slots) -> list[str]:
 
 
 def torques(slots: Slots) -> str:
-    """What acts on the motor at an instant, and the rates of all states."""
+    """What acts on the motor at an instant, the rates of all states, and each switch's number.
+
+    A switch stands ahead of its own term.
+    """
     rates = [f"r{i}" for i in range(slots.n_states)]
     lines = [f"{rate} = 0.0" for rate in rates]
-    lines += _reducer(slots) + _feedback(slots)
-    drives = [slots.stateful(i, f, "e, w", "e", "=") for i, f in slots.at(Place.DRIVE)]
-    lines += slots.guarded(Place.DRIVE, drives)
-    lines += _load(slots)
-    lines.append("reaction = 0.0\nshare = 0.0")
-    for i, effect in slots.at(Place.SHAFT):
-        call = f"{symbol(effect, 'term')}(theta, w, p[1], z[0], z[1], {slots.values(i)})"
-        lines.append(f"if on[{i}]:\n    reaction, share, r0, r1 = {call}")
-    rates += ["0.0"] * (slots.n_slots - slots.n_states)
-    end = f"return e, load, reaction, share, ({', '.join(rates)})"
-    return function("torques(p, on, force, theta, w, z)", lines, end)
-
-
-def switches(slots: Slots) -> str:
-    """The chain of ``torques`` once more, with each switch ahead of its own term."""
-    lines = ["felt = theta"]
     names: list[str] = []
 
     def watch(index: int, effect: Effect, leading: str) -> None:
@@ -70,6 +57,7 @@ def switches(slots: Slots) -> str:
             lines.append(f"{name} = 1.0\nif on[{index}]:\n    {name} = {call}")
             names.append(name)
 
+    lines.append("felt = theta")
     for i, effect in slots.at(Place.REDUCER):
         watch(i, effect, "felt")
         lines.append(f"if on[{i}]:\n    felt = {slots.hysteresis(i, effect, 'felt')}")
@@ -81,8 +69,13 @@ def switches(slots: Slots) -> str:
     lines.append("ahead = -1.0 if mode < 0 else 1.0")
     for i, effect in slots.at(Place.FRICTION):
         watch(i, effect, "ahead * w, ahead * e, ahead * load")
-    end = f"return ({', '.join([*names, '1.0'])},)"
-    return function("kinks(p, on, force, theta, w, z, mode)", lines, end)
+    lines.append("reaction = 0.0\nshare = 0.0")
+    for i, effect in slots.at(Place.SHAFT):
+        call = f"{symbol(effect, 'term')}(theta, w, p[1], z[0], z[1], {slots.values(i)})"
+        lines.append(f"if on[{i}]:\n    reaction, share, r0, r1 = {call}")
+    rates += ["0.0"] * (slots.n_slots - slots.n_states)
+    end = f"return e, load, reaction, share, ({', '.join(rates)}), ({', '.join([*names, '1.0'])},)"
+    return function("torques(p, on, force, theta, w, z, mode)", lines, end)
 
 
 def friction(slots: Slots) -> str:

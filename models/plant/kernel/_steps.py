@@ -12,7 +12,6 @@ from servosight.models.plant.kernel._terms import (
     add_scaled,
     between_states,
     friction_size,
-    kinks,
     torques,
 )
 
@@ -22,19 +21,19 @@ TINY = 1e-12
 
 @njit
 def net_torque(p, on, theta, w, z, force, mode):
-    """Acceleration [deg/s^2] with friction opposing ``mode``, and the rates of the states."""
+    """Acceleration [deg/s^2] with friction opposing ``mode``, rates of the states, and kinks."""
     T = p[1]
-    drive, load, reaction, share, rates = torques(p, on, force, theta, w, z)
+    drive, load, reaction, share, rates, kinks = torques(p, on, force, theta, w, z, mode)
     torque = drive - load - 2.0 * p[2] * T * w
     if mode != SLIDING_FREE:
         torque -= mode * friction_size(p, on, max(mode * w, 0.0), mode * drive, mode * load)
-    return (torque - reaction) / (T * T * (1.0 - share)), rates
+    return (torque - reaction) * (1.0 / (T * T * (1.0 - share))), rates, kinks
 
 
 @njit
 def friction_excess(p, on, theta, z, force):
     """At rest: torque beyond what friction holds (negative while stuck), its sign, the rates."""
-    drive, load, reaction, _, rates = torques(p, on, force, theta, 0.0, z)
+    drive, load, reaction, _, rates, _ = torques(p, on, force, theta, 0.0, z, 0)
     torque = drive - load - reaction
     ahead = 1 if torque > 0.0 else -1
     held = friction_size(p, on, 0.0, ahead * drive, ahead * load)
@@ -46,7 +45,7 @@ def slide(p, on, x, z, a0, r0, h, force, slope, mode, core, half, full):
     """One step of h [s] from x = (theta, w) and states z (Cox and Matthews 2002, eq. 26 to 29).
 
     ``a0`` and ``r0`` are acceleration and rates of the states there. Returns (theta, w), states,
-    acceleration and rates at the end.
+    acceleration, rates and kinks at the end.
     """
     stiffness, damping = core
     theta, w = x
@@ -56,17 +55,17 @@ def slide(p, on, x, z, a0, r0, h, force, slope, mode, core, half, full):
 
     theta_a = half[0] * theta + half[1] * w + half[4] * n0
     w_a = half[2] * theta + half[3] * w + half[5] * n0
-    acceleration, ra = net_torque(p, on, theta_a, w_a, add_scaled(z, 0.5 * h, r0), middle, mode)
+    acceleration, ra, _ = net_torque(p, on, theta_a, w_a, add_scaled(z, 0.5 * h, r0), middle, mode)
     na = acceleration + stiffness * theta_a + damping * w_a
 
     theta_b = half[0] * theta + half[1] * w + half[4] * na
     w_b = half[2] * theta + half[3] * w + half[5] * na
-    acceleration, rb = net_torque(p, on, theta_b, w_b, add_scaled(z, 0.5 * h, ra), middle, mode)
+    acceleration, rb, _ = net_torque(p, on, theta_b, w_b, add_scaled(z, 0.5 * h, ra), middle, mode)
     nb = acceleration + stiffness * theta_b + damping * w_b
 
     theta_c = half[0] * theta_a + half[1] * w_a + half[4] * (2.0 * nb - n0)
     w_c = half[2] * theta_a + half[3] * w_a + half[5] * (2.0 * nb - n0)
-    acceleration, rc = net_torque(p, on, theta_c, w_c, add_scaled(z, h, rb), end, mode)
+    acceleration, rc, _ = net_torque(p, on, theta_c, w_c, add_scaled(z, h, rb), end, mode)
     nc = acceleration + stiffness * theta_c + damping * w_c
 
     nm = 0.5 * (na + nb)
@@ -77,8 +76,8 @@ def slide(p, on, x, z, a0, r0, h, force, slope, mode, core, half, full):
         full[2] * theta + full[3] * w + full[5] * n0 + full[7] * linear + full[9] * square,
     )
     z1 = weighted_states(z, h, r0, ra, rb, rc)
-    a1, r1 = net_torque(p, on, x1[0], x1[1], z1, end, mode)
-    return x1, z1, a1, r1
+    a1, r1, kinks = net_torque(p, on, x1[0], x1[1], z1, end, mode)
+    return x1, z1, a1, r1, kinks
 
 
 @njit
@@ -150,10 +149,15 @@ def onward_speed(w, mode):
 
 
 @njit
-def first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
-    """Earliest instant in (0, h] at which a term passes a kink; h where none does [s]."""
-    before = kinks(p, on, force, x[0], x[1], z, mode)
-    after = kinks(p, on, force + h * slope, x1[0], onward_speed(x1[1], mode), z, mode)
+def first_kink(p, on, ends, h, force, slope, mode):
+    """Earliest instant in (0, h] at which a term passes a kink; h where none does [s].
+
+    ``ends``: motion, acceleration, states, their rates and the kinks at both ends of the step.
+    """
+    (x, a0, z, r0, before), (x1, a1, z1, r1, after) = ends
+    w1 = onward_speed(x1[1], mode)
+    if w1 != x1[1]:
+        after = net_torque(p, on, x1[0], w1, z1, force + h * slope, mode)[2]
     first = h
     for i in range(N_SWITCHES):
         if before[i] * after[i] >= 0.0 or min(abs(before[i]), abs(after[i])) < TINY:
@@ -163,7 +167,9 @@ def first_kink(p, on, x, x1, z, a0, a1, h, force, slope, mode):
             tau = 0.5 * (low + high)
             theta = quintic(tau, h, x[0], x[1], a0, x1[0], x1[1], a1)
             w = onward_speed(cubic(tau, h, x[1], a0, x1[1], a1), mode)
-            if before[i] * kinks(p, on, force + tau * slope, theta, w, z, mode)[i] > 0.0:
+            states = between_states(tau, h, z, r0, z1, r1)
+            kinks = net_torque(p, on, theta, w, states, force + tau * slope, mode)[2]
+            if before[i] * kinks[i] > 0.0:
                 low = tau
             else:
                 high = tau

@@ -144,18 +144,14 @@ def command_end(v: States, s: States, gone: float) -> States:
 
 
 def torques(
-    p: Row, on: Flags, force: float, theta: float, w: float, z: States
-) -> tuple[float, float, float, float, States]:
-    """Drive, load, reaction of the far inertia [deg], its share, and the rates of the states."""
-    return force - theta, 0.0, 0.0, 0.0, (0.0, 0.0)
+    p: Row, on: Flags, force: float, theta: float, w: float, z: States, mode: int
+) -> tuple[float, float, float, float, States, Row]:
+    """Drive, load, reaction of the far inertia [deg], its share, the rates of the states, kinks.
 
-
-def kinks(p: Row, on: Flags, force: float, theta: float, w: float, z: States, mode: int) -> Row:
-    """Numbers that change sign where a term has a kink; a 1 at the end.
-
-    ``mode`` is the direction of sliding, which friction keeps to where the motion just stops.
+    The last are numbers that change sign where a term has a kink, and a 1 at the end. ``mode`` is
+    the direction of sliding, which friction keeps to where the motion just stops.
     """
-    return (1.0,)
+    return force - theta, 0.0, 0.0, 0.0, (0.0, 0.0), (1.0,)
 
 
 def friction_size(p: Row, on: Flags, speed: float, drive: float, load: float) -> float:

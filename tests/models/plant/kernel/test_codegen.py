@@ -225,12 +225,20 @@ def test_a_second_process_finds_the_kernel_compiled() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("told", "kept"), [(None, "passive"), ("active", "active")])
-def test_waiting_threads_sleep_unless_told_otherwise(
-    told: str | None, kept: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("name", "told", "kept"),
+    [
+        ("OMP_WAIT_POLICY", None, "passive"),
+        ("OMP_WAIT_POLICY", "active", "active"),
+        ("GOMP_SPINCOUNT", None, "1000"),
+        ("GOMP_SPINCOUNT", "0", "0"),
+    ],
+)
+def test_waiting_threads_soon_sleep_unless_told_otherwise(
+    name: str, told: str | None, kept: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("OMP_WAIT_POLICY", told or "")
+    monkeypatch.setenv(name, told or "")
     if told is None:
-        monkeypatch.delenv("OMP_WAIT_POLICY")
+        monkeypatch.delenv(name)
     kernel(catalogue())
-    assert os.environ["OMP_WAIT_POLICY"] == kept
+    assert os.environ[name] == kept
