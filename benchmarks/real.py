@@ -47,12 +47,8 @@ def carried(
     errors = []
     for recording, own in zip(validation, fitted, strict=False):
         alone = Problem.of([recording], catalogue(), effects)
-        physical = [
-            coordinate.to_search(values[coordinate.name])
-            for coordinate in alone.coordinates[: alone.physical]
-        ]
         start = [own.bias_deg, recording.angle_deg[0], 0.0]
-        predicted = alone.predict(np.array([*physical, *start]))[0][0]
+        predicted = alone.predict(np.array([*alone.shared_point(values.__getitem__), *start]))[0][0]
         errors.append(error_mrad(recording, predicted))
     return errors
 

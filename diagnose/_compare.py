@@ -227,11 +227,5 @@ def judge(
 
 def _judge(actuator: Actuator, recording: Recording, catalogue: Mapping[str, Effect]) -> Judged:
     problem = Problem.of([recording], catalogue, actuator.effects)
-    physical = np.array(
-        [
-            coordinate.to_search(actuator.value(coordinate.name))
-            for coordinate in problem.coordinates[: problem.physical]
-        ]
-    )
-    predicted = predict_fixed(recording, problem, physical)
+    predicted = predict_fixed(recording, problem, problem.shared_point(actuator.value))
     return Judged(recording, predicted, np.full(recording.time_s.size, TEST, dtype=np.int8))

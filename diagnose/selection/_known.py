@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.identify.fit import Solution, fit_effects, polish
 from servosight.identify.problem import Problem, checked_held
-from servosight.models.core import Actuator, Array, Estimate, Frozen, InputError, either
+from servosight.models.core import Actuator, Estimate, Frozen, InputError, either
 from servosight.models.effects import Effect, select
 
 
@@ -100,14 +100,10 @@ def _shared(parameters: Mapping[str, Estimate]) -> dict[str, float]:
 
 def started(problem: Problem, linear: Solution, start: Mapping[str, float]) -> Solution:
     """``problem`` fitted from the values of ``start``, and what the linear fit found besides."""
-    known = dict(_named(linear.problem, linear.outcome.point))
-    point = [
-        coordinate.to_search(start[coordinate.name])
-        if coordinate.recording is None and coordinate.name in start
-        else known[(coordinate.name, coordinate.recording)]
-        for coordinate in problem.coordinates
-    ]
-    return polish(problem, [np.clip(point, *problem.bounds)])
+    known = {**linear.problem.values(linear.outcome.point), **start}
+    shared = problem.shared_point(known.__getitem__)
+    own = linear.outcome.point[linear.problem.physical :]
+    return polish(problem, [np.clip(np.concatenate([shared, own]), *problem.bounds)])
 
 
 def extended_by_each(problems: Sequence[Problem], base: Solution) -> Solution:
@@ -115,10 +111,3 @@ def extended_by_each(problems: Sequence[Problem], base: Solution) -> Solution:
     for problem in problems:
         base = fit_effects(problem, base)
     return base
-
-
-def _named(problem: Problem, point: Array) -> list[tuple[tuple[str, int | None], float]]:
-    return [
-        ((coordinate.name, coordinate.recording), float(x))
-        for coordinate, x in zip(problem.coordinates, point, strict=True)
-    ]

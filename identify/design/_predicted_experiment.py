@@ -44,10 +44,7 @@ def assess(
 
 def resting_point(problem: Problem, actuator: Actuator, biases_deg: Sequence[float]) -> Array:
     """The search point of an actuator that rests at the beginning of each recording."""
-    shared = [
-        coordinate.to_search(actuator.value(coordinate.name))
-        for coordinate in problem.coordinates[: problem.physical]
-    ]
+    shared = problem.shared_point(actuator.value)
     own = [
         value
         for recording, bias in zip(problem.recordings, biases_deg, strict=True)

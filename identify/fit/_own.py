@@ -54,7 +54,7 @@ def fitted_solution(
     values = {name: one.value for name, one in parameters.items() if isinstance(one, Estimate)}
     held = {name: values[name] for name in fixed}
     problem = Problem.of(recordings, catalogue, effects, held=held)
-    shared = [one.to_search(values[one.name]) for one in problem.coordinates[: problem.physical]]
+    shared = problem.shared_point(values.__getitem__)
     return Solution.at(problem, np.array([*shared, *(x for one in own for x in one.values)]))
 
 

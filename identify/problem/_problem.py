@@ -8,7 +8,7 @@ each recording.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -266,6 +266,11 @@ class Problem:
             for coordinate, x in zip(self.coordinates, point, strict=True)
             if coordinate.recording is None
         }
+
+    def shared_point(self, value: Callable[[str], float]) -> Array:
+        """Search coordinates of the shared parameters, (physical,), each at its name's value."""
+        shared = self.coordinates[: self.physical]
+        return np.array([coordinate.to_search(value(coordinate.name)) for coordinate in shared])
 
 
 def _fastest_deg_s(recording: Recording) -> float:

@@ -164,16 +164,9 @@ def fit_from(
     ``held`` parameters stay at their values.
     """
     problem = Problem.of(recordings, catalogue(), ordered(effects), held=held)
-    own = {"bias": 0.0, "initial_speed": 0.0}
-    start = [
-        coordinate.to_search(
-            truth[coordinate.name]
-            if coordinate.recording is None
-            else own.get(coordinate.name, recordings[coordinate.recording].angle_deg[0])
-        )
-        for coordinate in problem.coordinates
-    ]
-    return polish(problem, [np.clip(np.array(start), *problem.bounds)])
+    own = [value for recording in recordings for value in (0.0, recording.angle_deg[0], 0.0)]
+    start = np.array([*problem.shared_point(truth.__getitem__), *own])
+    return polish(problem, [np.clip(start, *problem.bounds)])
 
 
 def added(fit: Solution, full: Solution, noise: float) -> float:
