@@ -16,7 +16,7 @@ def term(
     That is the drive less what back-EMF takes of it at this speed, and the load: where the motor
     carries the load, both have one sign.
     """
-    share = rate * (1.0 / speed)
+    share = rate * (1.0 / speed)  # a quotient of parameters alone is worked out once
     return excess * math.exp(-share * share) * abs(drive - back_emf * rate + load)
 
 

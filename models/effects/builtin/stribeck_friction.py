@@ -12,7 +12,7 @@ def term(
     rate: float, drive: float, load: float, level: float, excess: float, speed: float
 ) -> float:
     """Size of the friction torque [deg] at ``rate`` [deg/s]; the integrator makes it stick."""
-    share = rate * (1.0 / speed)
+    share = rate * (1.0 / speed)  # a quotient of parameters alone is worked out once
     return level + excess * math.exp(-share * share)
 
 

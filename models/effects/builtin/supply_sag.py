@@ -8,6 +8,7 @@ from servosight.models.effects._contract import Effect, GuessFeatures, Place
 
 def term(drive: float, w: float, state: float, sag: float, time: float) -> tuple[float, float]:
     """Drive [deg] weakened by its own filtered size ``state`` [deg], and that state's rate."""
+    # A quotient of parameters alone is worked out once, before the steps.
     return drive * max(1.0 - sag * state, 0.0), (abs(drive) - state) * (1.0 / time)
 
 

@@ -27,6 +27,7 @@ def net_torque(p, on, theta, w, z, force, mode):
     torque = drive - load - 2.0 * p[2] * T * w
     if mode != SLIDING_FREE:
         torque -= mode * friction_size(p, on, max(mode * w, 0.0), mode * drive, mode * load)
+    # A quotient that is the same in every step is worked out once; a division here would wait.
     return (torque - reaction) * (1.0 / (T * T * (1.0 - share))), rates, kinks
 
 
