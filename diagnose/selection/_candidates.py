@@ -72,11 +72,26 @@ class Candidates:
         if ranked and not self.criterion.settled(ranked[0].score):
             ranked[0] = self.models.searched(base, ranked[0], new_in(ranked[0], base))
         return self.criterion.ordered(
-            ranked,
+            self._with_special_cases(ranked, base),
             score_of,
             lambda trial: self.models.catalogue[new_in(trial, base)].contains,
             lambda trial: new_in(trial, base),
         )
+
+    def _with_special_cases(self, ranked: list[Trial], base: Trial) -> list[Trial]:
+        """Best first, with the special cases of the best one's effect fitted from it as well.
+
+        One that is preferred for being simpler may have ended in a worse minimum by itself.
+        """
+        if not ranked:
+            return ranked
+        best, name = ranked[0], new_in(ranked[0], base)
+        simple = self.models.catalogue[name].contains
+        for i, one in enumerate(ranked):
+            if new_in(one, base) in simple:
+                self.models.swapped(best, name, new_in(one, base))
+                ranked[i] = self.models.trials[one.key]
+        return self.criterion.ranked(ranked, score_of)
 
     def promising(self, base: Trial) -> list[str]:
         """All candidates behind ``base``, those first that promise most."""

@@ -76,7 +76,8 @@ class InventedModels:
     ``contains`` are the special cases of an effect, ``promised`` what effects seem to gain to
     first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
-    ``held_deg`` are errors of sets with k held; ``usual`` are the weights and frictions;
+    ``held_deg`` are errors of sets with k held; ``swapped_deg`` are errors of sets with a special
+    case, fitted from what contains it; ``usual`` are the weights and frictions;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
     T to a bound; ``on_command`` are effects of the command, ``jumpy`` those with whose parameters a
@@ -90,6 +91,7 @@ class InventedModels:
     varied_deg: Mapping[str, float] = field(default_factory=dict)
     validation_deg: Mapping[str, float] = field(default_factory=dict)
     held_deg: Mapping[str, float] = field(default_factory=dict)
+    swapped_deg: Mapping[str, float] = field(default_factory=dict)
     usual: Mapping[str, Usual] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     finished_deg: Mapping[str, float] = field(default_factory=dict)
@@ -211,7 +213,11 @@ class InventedModels:
         return self.fitted(trial.effects, "hold" if held else "free", held)
 
     def swapped(self, base: InventedTrial, name: str, other: str, budget: int = 0) -> InventedTrial:
-        return self.extended(self.without(base, name), other)
+        trial = self.extended(self.without(base, name), other)
+        found = self.swapped_deg.get("".join(trial.effects))
+        if found is not None:
+            self.trials[trial.key] = self._trial(trial.effects, found, trial.held)
+        return self.trials[trial.key]
 
     def explained_whole(self, trial: InventedTrial, criterion: AcceptanceCriterion) -> bool:
         return "".join(trial.effects) in self.explained_with_validation

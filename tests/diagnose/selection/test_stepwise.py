@@ -58,6 +58,16 @@ def test_nothing_is_added_that_earns_nothing() -> None:
     assert selected({"": 0.105, "a": 0.09})[0] == [""], "the floor is reached before"
 
 
+@pytest.mark.parametrize(("from_it_deg", "last"), [(0.2, "g"), (0.1, "a")])
+def test_a_special_case_is_fitted_from_the_best_candidate_that_contains_it(
+    from_it_deg: float, last: str
+) -> None:
+    """By itself it may end in a worse minimum, and one that contains it is then preferred."""
+    errors = {"": 0.29, "a": 0.2, "b": 0.15, "g": 0.1}
+    steps, _, _ = selected(errors, contains={"g": "a"}, swapped_deg={"a": from_it_deg})
+    assert steps == ["", last]
+
+
 def test_effects_are_added_in_the_order_of_what_they_gain() -> None:
     steps, found, _ = selected({"": 0.29, "a": 0.25, "b": 0.2, "ab": 0.1})
     assert steps == ["", "b", "ab"]
