@@ -110,7 +110,7 @@ class Plant:
         """Angles [deg] for a batch of rows.
 
         ``rows`` (batch, parameters) or (parameters,); returns (batch, samples) or (samples,).
-        ``step_s`` bounds the step (default: a fifth of each row's T, or of its slow pole's). Rows
+        ``step_s`` bounds the step (default: a quarter of each row's T, or of its slow pole's). Rows
         whose steps run out give NaN.
         """
         return self.simulate_counted(rows, stimulus, step_s)[0]

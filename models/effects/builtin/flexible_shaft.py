@@ -25,8 +25,8 @@ def term(
 
 
 def resolution(frequency: float, damping: float, inertia_ratio: float) -> float:
-    """Longest step [s] that follows the spring: an eighth of a cycle with the motor free."""
-    return 0.08 * math.sqrt(1.0 - inertia_ratio) / (frequency * (1.0 + 2.0 * damping))
+    """Longest step [s] that follows the spring: a sixteenth of a cycle with the motor free."""
+    return 0.064 * math.sqrt(1.0 - inertia_ratio) / (frequency * (1.0 + 2.0 * damping))
 
 
 def starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:

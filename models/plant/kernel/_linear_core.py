@@ -13,7 +13,7 @@ import math
 
 from numba import njit
 
-STEP_SHARE = 0.2  # default step as a share of the time constant T
+STEP_SHARE = 0.25  # default step as a share of the time constant T
 _SHORTEST_S = 2e-4
 _LONGEST_S = 6e-3  # rows of a log at 170 Hz or more then take one step each
 _SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
