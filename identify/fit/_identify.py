@@ -161,13 +161,15 @@ def with_information(
     """``fit`` with what the commands of its ``recordings`` tell about its parameters.
 
     Where they do not suffice, two warnings say so and which command would do better. Where all
-    parameters were held, there is nothing to say.
+    parameters were held, or those that were not are zero, there is nothing to say.
     """
     if set(fit.covariance.names) <= set(fit.fixed):
         return fit
     whole, _ = usable_views(one_or_more(recordings))
     actuator, biases = fit.actuator, [bias.value for bias in fit.biases]
     known = assess(actuator, whole, fit.noise_deg, catalogue=catalogue, biases_deg=biases)
+    if not known.names:
+        return fit
     warnings = list(fit.warnings)
     if not known.sufficient:
         warnings.append(known.sentence)

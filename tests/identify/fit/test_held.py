@@ -66,6 +66,14 @@ def test_all_of_them_may_be_held(run: Recording) -> None:
     assert np.isfinite(fit.biases[0].sigma or math.nan)
 
 
+def test_nothing_is_said_of_a_command_where_all_that_was_fitted_is_zero(run: Recording) -> None:
+    fix = {"k": 1.027, "T": 0.012, "xi": 0.55, "backlash.gap": 1.0}  # slower than the servo
+    effects = ["backlash", "dead_time"]
+    fit = with_information(identify(run, effects, method="gradient", fix=fix), [run])
+    assert fit.actuator.value("dead_time.delay") == 0.0
+    assert fit.information is None
+
+
 def test_a_held_parameter_is_not_judged_and_does_not_count(run: Recording) -> None:
     fit = with_information(identify(run, method="gradient", fix={"k": 1.0}), [run])
     assert fit.information is not None
