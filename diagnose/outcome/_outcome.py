@@ -96,7 +96,7 @@ def select(
     It shows beside the first model, or, where much else is missing, beside the last one alone: all
     is then done again.
     """
-    models, timing, framed = _models(data, criterion, prior, framed)
+    models, timing, framed = _models(data, criterion, prior, framed, progress)
     selector = StepwiseSelector(models, criterion, progress)
     selected, stable = selector.select() if auto else selector.first_step(), Stability()
     searched = models.work.simulations
@@ -169,6 +169,7 @@ def _models(
     criterion: AcceptanceCriterion,
     known: PriorKnowledge,
     framed: FramedFit | None,
+    progress: StageProgress,
 ) -> tuple[ModelSelection, tuple[str, ...], FramedFit | None]:
     """The models of recordings with one latency, and sentences on those that had another, or whose
     commands act once a frame; and how they do.
@@ -187,7 +188,8 @@ def _models(
         frames = framed.frames
         notes = framed.sentences(_names(data), FRAMES_REMEDY)
         models = models.with_split(models.split.in_frames(frames))
-    found = own_latencies(models, data.runs)
+    rich = StepwiseSelector(models, criterion, progress).joint
+    found = own_latencies(models, data.runs, rich)
     if found is not None:
         late_s = tuple(found.late_s.tolist())
         notes = (*notes, *found.sentences(_names(data), REMEDY))

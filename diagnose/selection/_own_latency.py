@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -24,15 +24,24 @@ LEFT = (
 )
 
 
-def own_latencies(models: ModelSelection, runs: Sequence[int]) -> OwnLatencies | None:
+def own_latencies(
+    models: ModelSelection, runs: Sequence[int], rich: Callable[[], Trial]
+) -> OwnLatencies | None:
     """The latencies of the fitted and the carried recordings where they clearly differ.
 
-    Seen by the first model in the samples that fit and choose, never in those of the test, and
-    a good part of its error. ``runs`` (recordings,) numbers the run that each of them is a part of.
+    Seen in the samples that fit and choose, never in those of the test, and a good part of the
+    error, of the first model and then of the ``rich`` one: a recording that alone reaches a limit
+    of the servo seems late, and a latency that stands for the limit hides it from all models.
+    ``runs`` (recordings,) numbers the run that each of them is a part of.
     """
-    if len(set(runs)) < 2:
+    if len(set(runs)) < 2 or _seen_by(models, models.first(), runs) is None:
         return None
-    found = clear_latencies(fitted_to_all(models, models.first()), runs)
+    return _seen_by(models, rich(), runs)
+
+
+def _seen_by(models: ModelSelection, model: Trial, runs: Sequence[int]) -> OwnLatencies | None:
+    """The latencies that a good part of a model's error goes with."""
+    found = clear_latencies(fitted_to_all(models, model), runs)
     most = found is not None and found.rmse_deg <= (1.0 - WORTH) * found.shared_rmse_deg
     return found if most else None
 
@@ -62,7 +71,7 @@ def fitted_to_all(models: ModelSelection, model: Trial) -> Solution:
     validating = tuple(np.asarray(uses == VALIDATION) for uses in split.carried_uses)
     problem = Problem.of(
         (*split.recordings, *split.carried), models.catalogue, model.effects,
-        (*split.masks, *validating), models.ranges, models.held, models.work,
+        (*split.masks, *validating), models.ranges, model.fit.problem.held, models.work,
     )  # fmt: skip
     physical = model.fit.outcome.point[: model.fit.problem.physical]
     start = [model.fit.outcome.point]

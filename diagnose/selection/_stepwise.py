@@ -15,6 +15,7 @@ from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._settled import Settling
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (
+    BackwardSearch,
     BestSoFar,
     Visited,
     fitted_jointly,
@@ -56,6 +57,12 @@ class StepwiseSelector:
             self._show,
             lambda: self._spent,
         )
+
+    def joint(self) -> Trial:
+        """The first ordinary effects fitted at once, with k held where it may be."""
+        visited = Visited(self.models, self.criterion)
+        backward = BackwardSearch(self.models, visited, self.effort, self._show)
+        return backward.together(self.models.unloaded() or self.models.first())
 
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""

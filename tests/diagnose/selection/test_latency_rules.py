@@ -51,6 +51,14 @@ MODELS: Any = SimpleNamespace(
 )
 
 
+def rich() -> Any:
+    return SimpleNamespace(fit="the rich model")
+
+
+def never() -> Any:
+    raise AssertionError
+
+
 @pytest.mark.parametrize(
     ("rmse_deg", "taken"), [(1.0, True), (1.5, True), (1.52, False), (2.0, False)]
 )
@@ -58,19 +66,27 @@ def test_a_latency_is_taken_out_where_a_quarter_of_the_error_goes(
     asked: list[Any], rmse_deg: float, taken: bool
 ) -> None:
     answer = found(rmse_deg)
-    asked[0].append(answer)
-    assert _own_latency.own_latencies(MODELS, [0, 1]) is (answer if taken else None)
-    assert asked[1:] == [("the first model", [0, 1])]
+    asked[0].extend([found(1.0), answer])
+    assert _own_latency.own_latencies(MODELS, [0, 1], rich) is (answer if taken else None)
+    assert asked[1:] == [("the first model", [0, 1]), ("the rich model", [0, 1])]
 
 
-def test_no_latency_that_is_clear_is_none(asked: list[Any]) -> None:
-    asked[0].append(None)
-    assert _own_latency.own_latencies(MODELS, [0, 1]) is None
+@pytest.mark.parametrize("first", [None, found(1.52)])
+def test_no_rich_model_is_fitted_where_the_first_one_shows_none(
+    asked: list[Any], first: Any
+) -> None:
+    asked[0].append(first)
+    assert _own_latency.own_latencies(MODELS, [0, 1], never) is None
+
+
+def test_a_latency_that_the_rich_model_does_not_show_stands_for_an_effect(asked: list[Any]) -> None:
+    asked[0].extend([found(1.0), None])
+    assert _own_latency.own_latencies(MODELS, [0, 1], rich) is None
 
 
 @pytest.mark.parametrize("runs", [[0], [0, 0], []])
 def test_one_run_has_no_latency_of_its_own(asked: list[Any], runs: list[int]) -> None:
-    assert _own_latency.own_latencies(MODELS, runs) is None
+    assert _own_latency.own_latencies(MODELS, runs, never) is None
     assert asked[1:] == []
 
 
@@ -86,7 +102,7 @@ def test_recordings_that_validate_are_fitted_as_well(
     asked[0].append(None)
     split = Split.of([run("log")], [run("other")])
     models = ModelSelection(split, catalogue())
-    assert _own_latency.own_latencies(models, [0, 1]) is None
+    assert _own_latency.own_latencies(models, [0, 1], never) is None
     problem = asked[1][0].problem
     assert [one.name for one in problem.recordings] == ["log", "other"]
     np.testing.assert_array_equal(problem.masks[0], split.masks[0])

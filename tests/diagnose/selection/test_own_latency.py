@@ -82,10 +82,11 @@ def test_a_recording_that_validates_has_its_latency_from_the_samples_that_choose
     split = Split.of([early], [late])
     changed = late.angle_deg.copy()
     changed[split.carried_uses[0] == 2] += 5.0
-    latencies = [
-        own_latencies(ModelSelection(Split.of([early], [one]), catalogue()), [0, 1])
+    models = [
+        ModelSelection(Split.of([early], [one]), catalogue())
         for one in (late, replace(late, angle_deg=changed))
     ]
+    latencies = [own_latencies(one, [0, 1], one.first) for one in models]
     assert latencies[0] is not None
     assert latencies[1] is not None
     assert latencies[0].late_s == pytest.approx(latencies[1].late_s, abs=1e-4)
