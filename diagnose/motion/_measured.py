@@ -14,6 +14,8 @@ WINDOW_S = 0.05
 """Speed and acceleration are those of a parabola through the angles of so long."""
 FEWEST = 5
 """Samples in a window, where they are further apart than that."""
+STILL = 0.01
+"""Of its largest speed, below which a servo is at rest if it is so for two samples."""
 JUMP = 0.25
 """A command that jumps by this share of its largest swing excites high frequencies, too."""
 
@@ -38,9 +40,24 @@ class MeasuredMotion:
         return np.abs(self._parabola[0])
 
     @property
+    def turns(self) -> Array:
+        """How often the servo has turned back by then; each sample at rest counts for two turns."""
+        speed = self._parabola[0]
+        slow = np.abs(speed) <= STILL * np.max(np.abs(speed))
+        rests = slow & np.concatenate([[False], slow[:-1]])
+        turned = np.diff(speed < 0.0, prepend=speed[0] < 0.0)
+        return np.asarray(np.cumsum(turned | rests) + np.cumsum(rests))
+
+    @property
     def acceleration_deg_s2(self) -> Array:
         """Magnitude of the measured acceleration."""
         return np.abs(self._parabola[1])
+
+    @property
+    def demand_deg(self) -> Array:
+        """Magnitude of what the loop asks of its drive: the position error, at relative gain 1."""
+        command = self.recording.command_at(self.recording.time_s)
+        return np.abs(self.recording.relative_gain * (command - self.angle_deg))
 
     @property
     def disturbance(self) -> Array:

@@ -40,6 +40,7 @@ _QUANTITIES = (
     MotionQuantity("known disturbance", "", lambda one: one.disturbance, kind="input"),
     MotionQuantity("speed", "deg/s", lambda one: one.speed_deg_s),
     MotionQuantity("acceleration", "deg/s²", lambda one: one.acceleration_deg_s2),
+    MotionQuantity("position error", "deg", lambda one: one.demand_deg),
     MotionQuantity("angle", "deg", lambda one: one.angle_deg, ("above", "below"), "range"),
     MotionQuantity("command swing", "deg", lambda one: one.swing_deg),
     MotionQuantity("command frequency", "Hz", lambda one: one.frequency_hz),

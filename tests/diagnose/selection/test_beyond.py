@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,46 @@ def test_samples_of_swings_that_are_not_fitted_do_not_choose() -> None:
     (beyond,) = split.carried_beyond
     assert not beyond[TIME_S < 5.4].any()
     assert beyond[TIME_S > 6.1].all()
+
+
+def ahead(angle_deg: Array, start_s: float, by_deg: float = 15.0) -> Recording:
+    """A command that is ``by_deg`` ahead of the angle for 0.3 s, and 2 deg at any other time."""
+    during = np.abs(TIME_S - start_s - 0.15) < 0.15
+    command_deg = angle_deg + np.where(during, by_deg, 2.0)
+    return Recording("run", TIME_S, command_deg, TIME_S, angle_deg, hold="linear")
+
+
+def test_samples_of_larger_position_errors_do_not_choose_nor_what_follows() -> None:
+    """The servo turns back at 6.5 and at 7.5 s: what a limit has delayed shows until then."""
+    split = Split.of([ahead(30.0 * SINE, 6.0, 12.0)], [ahead(30.0 * SINE, 6.0)], [run(SINE)])
+    (beyond,) = split.carried_beyond
+    assert not beyond[TIME_S < 5.98].any()
+    assert beyond[(TIME_S > 6.0) & (TIME_S < 7.48)].all()
+    assert not beyond[TIME_S > 7.52].any()
+
+
+def test_a_servo_at_rest_has_settled() -> None:
+    angle_deg = 30.0 * np.where(TIME_S < 6.5, SINE, 1.0)
+    split = Split.of([ahead(angle_deg, 6.0, 12.0)], [ahead(angle_deg, 6.0)], [run(SINE)])
+    (beyond,) = split.carried_beyond
+    assert beyond[(TIME_S > 6.0) & (TIME_S < 6.45)].all()
+    assert not beyond[TIME_S > 6.6].any()
+
+
+def test_a_larger_position_error_at_a_lower_gain_asks_for_no_more() -> None:
+    """15 deg at half the gain are a torque of 7.5 deg."""
+    low = replace(ahead(30.0 * SINE, 6.0), relative_gain=0.5)
+    for most_deg, expected in ((8.0, False), (6.0, True)):
+        fitted = [ahead(30.0 * SINE, 6.0, most_deg), replace(low, angle_deg=low.command_deg)]
+        split = Split.of(fitted, [low], [run(SINE)])
+        assert split.carried_beyond[0].any() == expected
+
+
+def test_where_too_few_are_left_what_follows_chooses() -> None:
+    """A servo that turns back after 6 s: 0.3 of 8 s lie beyond."""
+    slow = 30.0 * np.sin(2.0 * np.pi * 0.04 * TIME_S)
+    split = Split.of([ahead(slow, 1.0, 12.0)], [ahead(slow, 1.0, 13.5)], [run(SINE)])
+    assert 25 <= split.carried_beyond[0].sum() <= 35
 
 
 @pytest.mark.parametrize("start_s", [0.0, 3.0])
