@@ -26,6 +26,10 @@ ORDINARY = (
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
 
+PLAY = ("backlash", "feedback_backlash")
+"""The same play behind what the sensor sees and before it: where one is in a model that lacks the
+other, it takes up what that would explain."""
+
 
 def at_several_gains(ordinary: Sequence[str], catalogue: Mapping[str, Effect]) -> tuple[str, ...]:
     """The same with effects ``for_several_gains`` and those that they name in each other's place.

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from servosight.diagnose.selection._ordinary import at_several_gains, shapes
+from servosight.diagnose.selection._ordinary import PLAY, at_several_gains, shapes
 from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
@@ -188,7 +188,7 @@ class BackwardSearch:
         a smaller model errs less than ``base``, one whose sketch gains nothing is not fitted, nor
         one that shapes the command and gains nothing alone.
         """
-        outdone, criterion = self.visited.is_outdone(base), self.visited.criterion
+        outdone = self.visited.is_outdone(base)
         trial = base
         for i, name in enumerate(names):
             if name not in self.models.candidates(trial) or self.effort.is_spent(self.models):
@@ -196,12 +196,22 @@ class BackwardSearch:
             if name in self._richer.values() and not self._gains_alone(name):
                 continue
             self.progress(f"rich model: trying {name}", i, len(names))
-            sketch = self.models.sketched(trial, name) if outdone else None
-            if sketch is not None and not criterion.learnt(sketch.score, trial.score):
-                continue
-            larger = self.models.extended(trial, name, sketch)
-            if criterion.learnt(larger.score, trial.score):
-                trial = larger
+            trial = self._with(trial, name, outdone)
+        return trial
+
+    def _with(self, trial: Trial, name: str, outdone: bool) -> Trial:
+        """``trial`` with one effect more, or with that in the place of what stands for it; as it is
+        where the fitted data move neither."""
+        models, learnt = self.models, self.visited.criterion.learnt
+        sketch = models.sketched(trial, name) if outdone else None
+        if sketch is None or learnt(sketch.score, trial.score):
+            larger = models.extended(trial, name, sketch)
+            if learnt(larger.score, trial.score):
+                return larger
+        for other in set(PLAY if name in PLAY else ()) & set(trial.effects):
+            instead = models.extended(models.without(trial, other), name)
+            if learnt(instead.score, trial.score):
+                return instead
         return trial
 
     def reduce(self, trial: Trial) -> None:

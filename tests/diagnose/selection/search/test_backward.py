@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 from support.invented_models import InventedModels
 
 from servosight.diagnose.selection import AcceptanceCriterion, SearchEffort, SelectionPolicy
-from servosight.diagnose.selection.search import BackwardSearch, Visited
+from servosight.diagnose.selection.search import BackwardSearch, Visited, _backward
 from servosight.models.core import silent
 
 ORDINARY = SelectionPolicy(ordinary=("a", "b", "c", "d"), together=2)
@@ -65,6 +66,26 @@ def test_a_rich_model_that_comes_late_and_errs_much_is_not_fitted_to_its_end(
     search = replace(backward(models, "abc"), effort=SearchEffort(cost=cost))
     search.search(models.fitted((), "first"))  # type: ignore[arg-type]
     assert next(one for one in models.done if one.startswith("reduce")) == reduced
+
+
+class OnePlay(InventedModels):
+    """``c`` and ``d`` are the same play in two places: with both, the first in the model acts."""
+
+    def error_deg(self, effects: Sequence[str]) -> float:
+        both = {"c", "d"} <= set(effects)
+        return super().error_deg([one for one in effects if one != "d"] if both else effects)
+
+
+@pytest.mark.parametrize(("outdone", "instead_deg"), [(False, 0.2), (True, 0.2), (False, 0.7)])
+def test_play_is_tried_in_the_place_of_the_same_play_elsewhere(
+    outdone: bool, instead_deg: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside play in one place, that in the other one gains nothing."""
+    monkeypatch.setattr(_backward, "PLAY", ("c", "d"))
+    monkeypatch.setattr(Visited, "is_outdone", lambda *_: outdone)
+    models = OnePlay({"": 3.0, "ab": 1.0, "abc": 0.6, "abd": instead_deg})
+    rich = backward(models).rich(models.fitted(("a", "b"), "begun"), "cd")  # type: ignore[arg-type]
+    assert "".join(rich.effects) == ("abd" if instead_deg < 0.6 else "abc")
 
 
 @pytest.mark.parametrize(("alone_deg", "fitted"), [(3.0, False), (2.0, True)])
