@@ -55,9 +55,12 @@ class MeasuredMotion:
 
     @property
     def demand_deg(self) -> Array:
-        """Magnitude of what the loop asks of its drive: the position error, at relative gain 1."""
-        command = self.recording.command_at(self.recording.time_s)
-        return np.abs(self.recording.relative_gain * (command - self.angle_deg))
+        """Magnitude of what the loop asks of its drive: the position error, at relative gain 1.
+
+        Less its median, as a camera's angles have a zero of their own in each recording.
+        """
+        error = self.recording.command_at(self.recording.time_s) - self.angle_deg
+        return np.abs(self.recording.relative_gain * (error - np.median(error)))
 
     @property
     def disturbance(self) -> Array:

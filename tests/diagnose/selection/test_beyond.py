@@ -48,6 +48,13 @@ def test_samples_of_larger_position_errors_do_not_choose_nor_what_follows() -> N
     assert not beyond[TIME_S > 7.52].any()
 
 
+def test_a_zero_of_its_own_is_no_position_error() -> None:
+    """As of a camera that was turned by 40 deg before the second recording."""
+    other = ahead(30.0 * SINE, 6.0, 12.0)
+    other = replace(other, command_deg=other.command_deg + 40.0)
+    assert not Split.of([ahead(30.0 * SINE, 6.0)], [other], [run(SINE)]).carried_beyond[0].any()
+
+
 def test_a_servo_at_rest_has_settled() -> None:
     angle_deg = 30.0 * np.where(TIME_S < 6.5, SINE, 1.0)
     split = Split.of([ahead(angle_deg, 6.0, 12.0)], [ahead(angle_deg, 6.0)], [run(SINE)])
