@@ -188,8 +188,9 @@ def _models(
         frames = framed.frames
         notes = framed.sentences(_names(data), FRAMES_REMEDY)
         models = models.with_split(models.split.in_frames(frames))
-    rich = StepwiseSelector(models, criterion, progress).joint
-    found = own_latencies(models, data.runs, rich)
+    found = own_latencies(
+        models, data.runs, lambda: StepwiseSelector(models, criterion, progress).joint()
+    )
     if found is not None:
         late_s = tuple(found.late_s.tolist())
         notes = (*notes, *found.sentences(_names(data), REMEDY))

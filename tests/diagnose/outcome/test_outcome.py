@@ -22,7 +22,7 @@ from servosight.diagnose.selection import (
     Selected,
 )
 from servosight.diagnose.selection._steps import Step
-from servosight.models.core import Recording
+from servosight.models.core import Recording, silent
 from servosight.models.effects import catalogue
 
 COUNT = 1000
@@ -161,9 +161,13 @@ def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
         return placed((0.0, 0.0), None)
 
+    def late(models: Any, runs: Any, rich: Any) -> Any:
+        made["rich"] = rich
+        return made["late"]
+
     monkeypatch.setattr(_outcome, "ModelSelection", Models)
     monkeypatch.setattr(_outcome, "Split", SimpleNamespace(of=of))
-    monkeypatch.setattr(_outcome, "own_latencies", lambda models, runs: made["late"])
+    monkeypatch.setattr(_outcome, "own_latencies", late)
     monkeypatch.setattr(
         _outcome, "command_frames", lambda models, model, *_: made["framed"].get(model.effects)
     )
@@ -199,7 +203,7 @@ def test_another_third_is_held_out_where_the_fit_does_not_see_what_is_missing(
 ) -> None:
     models["score"] = score(train_deg, validation_deg)
     given = data(validate=validate)
-    found, notes, framed = _outcome._models(given, CRITERION, PriorKnowledge(), None)
+    found, notes, framed = _outcome._models(given, CRITERION, PriorKnowledge(), None, silent)
     assert models["choices"] == ([0, 1] if again else [0])
     assert found.split.choice == (1 if again else 0)
     assert notes == ()
@@ -208,7 +212,12 @@ def test_another_third_is_held_out_where_the_fit_does_not_see_what_is_missing(
         assert found.split.late_s == (0.0, 0.0)
 
 
-def test_a_latency_is_taken_out_and_said_with_the_runs_names(models: dict[str, Any]) -> None:
+def test_a_latency_is_taken_out_and_said_with_the_runs_names(
+    models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is asked of the ordinary effects fitted at once, too."""
+    selector = SimpleNamespace(joint=lambda: "fitted at once")
+    monkeypatch.setattr(_outcome, "StepwiseSelector", lambda *_: selector)
     late = SimpleNamespace(
         late_s=np.array([0.0, 0.012]),
         sentences=lambda names, remedy: tuple(f"{name}: {remedy}" for name in names),
@@ -216,7 +225,8 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(models: dict[str, A
     models["late"] = late
     for own, choice in ((score(0.1, 0.1), 0), (score(0.1, 0.3), 1)):
         models["score"] = own
-        found, notes, _ = _outcome._models(data(), CRITERION, PriorKnowledge(), None)
+        found, notes, _ = _outcome._models(data(), CRITERION, PriorKnowledge(), None, silent)
+        assert models["rich"]() == "fitted at once"
         assert found.split.choice == choice
         assert found.split.late_s == (0.0, 0.012)
         assert [note.partition(":")[0] for note in notes] == ["first", "second"]
