@@ -46,7 +46,7 @@ class MeasuredMotion:
         slow = np.abs(speed) <= STILL * np.max(np.abs(speed))
         rests = slow & np.concatenate([[False], slow[:-1]])
         turned = np.diff(speed < 0.0, prepend=speed[0] < 0.0)
-        return np.asarray(np.cumsum(turned | rests) + np.cumsum(rests))
+        return np.cumsum(np.where(rests, 2, turned))
 
     @property
     def acceleration_deg_s2(self) -> Array:

@@ -15,10 +15,10 @@ from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._settled import Settling
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (
-    BackwardSearch,
     BestSoFar,
     Visited,
     fitted_jointly,
+    ordinary_at_once,
     searched_widely,
     simplified,
     with_further,
@@ -60,9 +60,7 @@ class StepwiseSelector:
 
     def joint(self) -> Trial:
         """The first ordinary effects fitted at once, with k held where it may be."""
-        visited = Visited(self.models, self.criterion)
-        backward = BackwardSearch(self.models, visited, self.effort, self._show)
-        return backward.together(self.models.unloaded() or self.models.first())
+        return ordinary_at_once(Visited(self.models, self.criterion), self.effort, self._show)
 
     def first_step(self) -> Selected:
         """The first model and all candidates for the first addition, none of them added."""

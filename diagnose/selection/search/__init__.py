@@ -13,4 +13,5 @@ from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFa
 from servosight.diagnose.selection.search._special import to_special_cases as to_special_cases
 from servosight.diagnose.selection.search._visited import Visited as Visited
 from servosight.diagnose.selection.search._wide import fitted_jointly as fitted_jointly
+from servosight.diagnose.selection.search._wide import ordinary_at_once as ordinary_at_once
 from servosight.diagnose.selection.search._wide import searched_widely as searched_widely

@@ -31,6 +31,14 @@ def searched_widely(
     return steps_to(steps, visited, best) if cheaper else list(steps)
 
 
+def ordinary_at_once(visited: Visited, effort: SearchEffort, progress: StageProgress) -> Trial:
+    """The first ordinary effects fitted at once, with k held where it may be."""
+    models = visited.models
+    progress("ordinary effects together with k held", 0, 1)
+    backward = BackwardSearch(models, visited, effort, progress)
+    return backward.together(models.unloaded() or models.first())
+
+
 def fitted_jointly(
     steps: Sequence[Step], visited: Visited, effort: SearchEffort, progress: StageProgress
 ) -> list[Step]:
@@ -39,15 +47,12 @@ def fitted_jointly(
     Else ``steps``. It costs less than one step: several effects that explain the data only together
     need not be found one after the other.
     """
-    linear = visited.models.unloaded()
-    if linear is None:
+    if visited.models.unloaded() is None:
         return list(steps)
-    progress("ordinary effects together with k held", 0, 1)
-    backward = BackwardSearch(visited.models, visited, effort, progress)
-    begun = backward.together(linear)
+    begun = ordinary_at_once(visited, effort, progress)
     if not visited.criterion.settled(begun.score):
         return list(steps)
-    backward.reduce(begun)
+    BackwardSearch(visited.models, visited, effort, progress).reduce(begun)
     best = _simplest(visited)
     return steps_to(steps, visited, best) if visited.criterion.done(best.score) else list(steps)
 
