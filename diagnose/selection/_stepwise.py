@@ -17,6 +17,7 @@ from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, n
 from servosight.diagnose.selection.search import (
     BestSoFar,
     Visited,
+    completed,
     fitted_jointly,
     ordinary_at_once,
     searched_widely,
@@ -114,6 +115,7 @@ class StepwiseSelector:
         steps = with_weight(simplified(steps, visited, self.effort), visited, self.effort)
         if self.effort.is_spent(self.models):
             steps = with_further(steps, visited, self.effort, self._settling.steps)
+            steps = completed(steps, visited, self.effort, self._show)
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))

@@ -12,6 +12,7 @@ from servosight.diagnose.selection.search._preferred import with_weight as with_
 from servosight.diagnose.selection.search._progress import BestSoFar as BestSoFar
 from servosight.diagnose.selection.search._special import to_special_cases as to_special_cases
 from servosight.diagnose.selection.search._visited import Visited as Visited
+from servosight.diagnose.selection.search._wide import completed as completed
 from servosight.diagnose.selection.search._wide import fitted_jointly as fitted_jointly
 from servosight.diagnose.selection.search._wide import ordinary_at_once as ordinary_at_once
 from servosight.diagnose.selection.search._wide import searched_widely as searched_widely

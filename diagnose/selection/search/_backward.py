@@ -110,13 +110,7 @@ class BackwardSearch:
         another shape all else is fitted wrong. Where the cost is spent, what of these is known.
         """
         models, policy = self.models, self.visited.criterion.policy
-        names = self._ordinary[: policy.together]
-        known = [name for name in models.known.first if name not in base.effects]
-        there = {*base.effects, *known}
-        able = [name for name in names if name in models.candidates(base) and name not in there]
-        covered = {one for own in (*there, *able) for one in models.catalogue[own].contains}
-        apart = [name for name in able if not set(models.catalogue[name].contains) & there]
-        new = [*known, *(name for name in apart if name not in covered)]
+        new = self._lacking(base)
         if not new:
             return base
         if self.effort.is_spent(models):
@@ -131,6 +125,31 @@ class BackwardSearch:
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
         return self._shaped(base, new, begun)
+
+    def with_ordinary(self, trial: Trial) -> Trial:
+        """``trial`` with the first ordinary effects that it lacks, fitted at once from there, as
+        far as ``further_share`` of the cost goes, whatever was spent before.
+
+        As it is where it lacks none, or errs so much that it must lack something else as well.
+        """
+        models, new = self.models, self._lacking(trial)
+        if not new or not self._is_near(trial):
+            return trial
+        self.progress("ordinary effects that are missing", 0, len(new))
+        most_cost = models.work.cost + self.effort.further_share * self.effort.most(models)
+        enough_deg, most_deg = self.visited.criterion.enough_deg, trial.score.train_rmse_deg
+        return models.together(trial, new, enough_deg, most_deg, most_cost)
+
+    def _lacking(self, base: Trial) -> list[str]:
+        """What the user knows and the first ordinary effects, as far as ``base`` has neither them
+        nor what contains them or is a special case of them."""
+        models, names = self.models, self._ordinary[: self.visited.criterion.policy.together]
+        known = [name for name in models.known.first if name not in base.effects]
+        there = {*base.effects, *known}
+        able = [name for name in names if name in models.candidates(base) and name not in there]
+        covered = {one for own in (*there, *able) for one in models.catalogue[own].contains}
+        apart = [name for name in able if not set(models.catalogue[name].contains) & there]
+        return [*known, *(name for name in apart if name not in covered)]
 
     def _known_with(self, base: Trial, new: Sequence[str]) -> Trial:
         """The best of ``base`` with ``new``, or with a richer effect of the command, that was

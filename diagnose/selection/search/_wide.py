@@ -52,9 +52,37 @@ def fitted_jointly(
     begun = ordinary_at_once(visited, effort, progress)
     if not visited.criterion.settled(begun.score):
         return list(steps)
-    BackwardSearch(visited.models, visited, effort, progress).reduce(begun)
-    best = _simplest(visited)
+    best = _what_is_left(begun, visited, effort, progress)
     return steps_to(steps, visited, best) if visited.criterion.done(best.score) else list(steps)
+
+
+def completed(
+    steps: Sequence[Step], visited: Visited, effort: SearchEffort, progress: StageProgress
+) -> list[Step]:
+    """The steps, or those to what is left of the last model with the ordinary effects it lacks.
+
+    For an answer that a search came to when all that it may cost was spent. Far from the floor the
+    joint fits that it began with ended in another minimum; from a better model they need not. At
+    the floor nothing is lacking, and to leave out each effect in turn costs little.
+    """
+    criterion, last = visited.criterion, steps[-1].trial
+    trial = last
+    if criterion.wants_search(last.score) and last.effects:
+        backward = BackwardSearch(visited.models, visited, effort, progress)
+        trial = backward.with_ordinary(last)
+    if not criterion.settled(trial.score) and visited.price(trial) >= visited.price(last):
+        return list(steps)
+    best = _what_is_left(trial, visited, effort, progress)
+    cheaper = visited.price(best) < visited.price(last)
+    return steps_to(steps, visited, best) if cheaper else list(steps)
+
+
+def _what_is_left(
+    trial: Trial, visited: Visited, effort: SearchEffort, progress: StageProgress
+) -> Trial:
+    """The best model once each effect of ``trial`` was left out in turn."""
+    BackwardSearch(visited.models, visited, effort, progress).reduce(trial)
+    return _simplest(visited)
 
 
 def _simplest(visited: Visited) -> Trial:

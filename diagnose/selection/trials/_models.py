@@ -27,7 +27,7 @@ from servosight.diagnose.selection.trials._prediction import (
     tested_alone,
 )
 from servosight.diagnose.selection.trials._screen import Screen
-from servosight.diagnose.selection.trials._start import fit_special, point_of
+from servosight.diagnose.selection.trials._start import fit_special, point_less, point_of
 from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
 from servosight.identify.fit import (
     POLISH_BUDGET,
@@ -237,8 +237,9 @@ class ModelSelection:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
 
         def fit() -> Solution:
-            start = self.without(base, without).fit
-            return polish(start.problem, [start.outcome.point], budget)
+            kept = [own for own in base.effects if own != without]
+            problem = self.problem(kept, base.fit.problem.held)
+            return polish(problem, [point_less(problem, base.fit)], budget)
 
         way = f"reduced with {budget} simulations"
         return self.judge(fitted_once(self.fits, way, base, without, fit), budget)

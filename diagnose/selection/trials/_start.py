@@ -8,6 +8,7 @@ import numpy as np
 
 from servosight.identify.fit import Solution, fit_effects
 from servosight.identify.problem import Problem
+from servosight.identify.search import half_squares
 from servosight.models.core import Array
 from servosight.models.effects import Effect
 
@@ -27,6 +28,33 @@ def point_of(problem: Problem, fit: Solution, names: Mapping[str, str] | None = 
         other, x = known[there, own.recording]
         point.append(x if there == own.name else own.to_search(other.from_search(x)))
     return np.array(point)
+
+
+def point_less(problem: Problem, fit: Solution) -> Array:
+    """The search point of ``problem`` nearest to ``fit``, which has one effect more.
+
+    The values of the fit, or those moved to where they make up for that effect to first order, as
+    far as they can: whichever costs less. Friction at rest and friction that grows with the load
+    can lie far along a valley, at whose other end there is the first alone.
+    """
+    places = {(one.name, one.recording): j for j, one in enumerate(fit.problem.coordinates)}
+    kept = [places[one.name, one.recording] for one in problem.coordinates]
+    gone = sorted(set(places.values()) - set(kept))
+    change = fit.jacobian[:, gone] @ (fit.outcome.point - _neutral(fit))[gone]
+    point = point_of(problem, fit)
+    moved = point + np.linalg.lstsq(fit.jacobian[:, kept], change, rcond=None)[0]
+    points = np.clip([point, moved], *problem.bounds)
+    return np.asarray(points[np.argmin(half_squares(problem.residuals(points)))])
+
+
+def _neutral(fit: Solution) -> Array:
+    """The fitted point, with all parameters that have a neutral value there."""
+    pairs = zip(fit.problem.coordinates, fit.outcome.point, strict=True)
+    neutral = (
+        x if one.parameter.neutral is None else one.to_search(one.parameter.neutral)
+        for one, x in pairs
+    )
+    return np.array(list(neutral))
 
 
 def fit_special(

@@ -13,7 +13,12 @@ from servosight.diagnose.selection import (
     SearchEffort,
     SelectionPolicy,
 )
-from servosight.diagnose.selection.search import Visited, fitted_jointly, searched_widely
+from servosight.diagnose.selection.search import (
+    Visited,
+    completed,
+    fitted_jointly,
+    searched_widely,
+)
 from servosight.diagnose.selection.search._wide import steps_to
 from servosight.models.core import silent
 
@@ -105,6 +110,44 @@ def test_the_joint_fit_says_what_it_is() -> None:
     models = InventedModels({"": 1.0, "a": 0.1}, k_may_be_held=True)
     fitted_jointly(steps_of(models.first()), visited(models), EFFORT, progress)
     assert shown[0] == ("ordinary effects together with k held", 0, 1)
+
+
+# What is completed once the cost is spent
+
+
+@pytest.mark.parametrize(
+    ("errors", "begun", "ended", "fitted"),
+    [
+        ({"": 1.0, "ab": 0.5, "abcd": 0.1}, "ab", "abcd", True),
+        ({"": 1.0, "ab": 0.5, "abc": 0.1}, "ab", "abc", True),
+        ({"": 1.0, "ab": 0.5, "abcd": 0.48}, "ab", "ab", True),
+        ({"": 1.0, "ab": 0.1, "abc": 0.1}, "abc", "ab", False),
+        ({"": 1.0, "ab": 0.15, "abcd": 0.1}, "ab", "ab", False),
+        ({"": 1.0, "abcd": 0.1}, "", "", False),
+        ({"": 9.0, "ab": 1.1, "abcd": 0.1}, "ab", "ab", False),
+    ],
+    ids=[
+        "two lack",
+        "one lacks",
+        "nothing gains",
+        "one too many",
+        "near the floor",
+        "no effects",
+        "beyond ten floors",
+    ],
+)
+def test_the_ordinary_effects_that_an_answer_lacks_are_fitted_behind_it(
+    errors: dict[str, float], begun: str, ended: str, fitted: bool
+) -> None:
+    """And those that it does not need are left out at the floor of 0.1 deg."""
+    models = InventedModels(errors | {"c": 1.0, "d": 1.0})
+    steps = steps_of(models.first(), *([models.fitted(tuple(begun), "step")] if begun else ()))
+    models.done.clear()
+    found = completed(steps, visited(models), EFFORT, silent)
+    assert effects_of(found)[-1] == ended
+    assert [one for one in models.done if "together" in one] == ["together abcd"] * fitted
+    if begun == ended:
+        assert found == steps
 
 
 # The steps to a model

@@ -11,7 +11,7 @@ import pytest
 
 from servosight.diagnose.selection import Split
 from servosight.diagnose.selection.trials import TRIAL_BUDGET, ModelSelection, Trial
-from servosight.diagnose.selection.trials._start import point_of
+from servosight.diagnose.selection.trials._start import point_less, point_of
 from servosight.identify.fit import Solution
 from servosight.identify.problem import neutral_start
 from servosight.models.effects import catalogue
@@ -88,3 +88,22 @@ def test_a_value_goes_over_in_its_own_units() -> None:
     names = {"small.level": "larger.level"}
     found = point_of(problem_of(("k", 3.0), ("small.level", 5.0)), fit, names)
     assert found.tolist() == [0.1, 20.0]
+
+
+def test_what_is_left_makes_up_for_the_effect_that_is_left_out() -> None:
+    """Residuals 1 + x - y and x + 2 z, of which y is left out: from x = 0, y = 1, z = 0, x moves to
+    -1 alone, or with z, which has its bound at 0.25. Truth by hand."""
+    jacobian = np.array([[1.0, -1.0, 0.0], [1.0, 0.0, 2.0]])
+    whole: Any = SimpleNamespace(
+        problem=problem_of(("x", 1.0), ("y", 1.0), ("z", 1.0)),
+        outcome=SimpleNamespace(point=np.array([0.0, 1.0, 0.0])),
+        jacobian=jacobian,
+    )
+    for one, neutral in zip(whole.problem.coordinates, (None, 0.0, None), strict=True):
+        one.parameter = SimpleNamespace(neutral=neutral)
+    rest = problem_of(("x", 1.0), ("z", 1.0))
+    rest.bounds = np.array([-9.0, -9.0]), np.array([9.0, 0.25])
+    rest.residuals = lambda points: np.array([[1.0, 0.0]]) + points @ jacobian[:, [0, 2]].T
+    assert point_less(rest, whole).tolist() == pytest.approx([-1.0, 0.25])
+    rest.residuals = lambda points: points**2  # nothing to make up for
+    assert point_less(rest, whole).tolist() == [0.0, 0.0]
