@@ -11,6 +11,7 @@ from functools import cached_property
 
 from servosight.diagnose.selection._candidates import Candidates
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
+from servosight.diagnose.selection._ordinary import usual
 from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._settled import Settling
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
@@ -28,6 +29,7 @@ from servosight.diagnose.selection.search import (
 )
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress, silent
+from servosight.models.effects import Usual
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,7 @@ class StepwiseSelector:
         steps = self._extended(list(first.steps), first.singles)
         if len(steps) == 1 and self.models.known.start_effects:
             steps += self._settling.steps(linear)
+        steps = self._from_friction(steps, first)
         last = steps[-1].trial
         open_ = last.effects != linear.effects and not self.criterion.explained(last.score)
         if open_ and not self._tried_pairs_first(first):
@@ -119,6 +122,29 @@ class StepwiseSelector:
         steps = with_own_gain(steps, visited)
         begun = Step(self.models.opening())
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
+
+    def _from_friction(self, steps: list[Step], first: Selected) -> list[Step]:
+        """The steps, or those from friction on where these are better, and have a lower price.
+
+        On a motion that turns round once or twice a dead zone does what friction does, and may suit
+        better what is missing beside it. What is at the floor by one effect needs no other; far
+        from it a wider search tries friction as well.
+        """
+        linear, last = first.steps[0].trial, steps[-1].trial
+        frictions = usual(self.models.catalogue, Usual.FRICTION)
+        enough = len(steps) == 2 and self.criterion.done(last.score)
+        enough = enough or self.criterion.wants_search(last.score)
+        if len(steps) == 1 or enough or not set(frictions).isdisjoint(last.effects):
+            return steps
+        tried = [one for one in first.singles if new_in(one, linear) in frictions]
+        single = self._single(linear, tried)
+        if single is None:
+            return steps
+        other = self._extended([*first.steps, *single])
+        score, rival = other[-1].trial.score, last.score
+        told = not self.criterion.tied(self.criterion.evidence(score, rival))
+        cheaper = self.criterion.price(score) < self.criterion.price(rival)
+        return other if told and cheaper else steps
 
     @property
     def _spent(self) -> bool:

@@ -18,6 +18,7 @@ from servosight.diagnose.selection import (
     SelectionPolicy,
     StepwiseSelector,
 )
+from servosight.models.effects import Usual
 
 POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d", "g"))
 FLOOR_DEG = 0.1
@@ -101,6 +102,27 @@ def test_behind_a_first_effect_pairs_are_for_where_no_wider_search_can_be_made(
     _, _, models = selected(errors, policy=replace(POLICY, fewest=fewest, most=1.0))
     assert "sketch +a" in models.done
     assert ({"sketch ab+c", "sketch ac+b"} & set(models.done) != set()) is pairs
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [
+        ({"r": 0.15, "f": 0.2, "af": 0.1}, ["", "f", "af"]),
+        ({"r": 0.15, "ar": 0.1, "f": 0.2, "af": 0.1}, ["", "r", "ar"]),
+        ({"r": 0.1, "f": 0.2, "af": 0.08}, ["", "r"]),
+        ({"r": 0.15, "f": 0.2, "af": 0.15}, ["", "r"]),
+        ({"r": 0.15, "f": 0.29, "af": 0.1}, ["", "r"]),
+    ],
+    ids=["lower", "as low", "one effect is enough", "no better", "friction is not accepted"],
+)
+def test_friction_is_where_steps_begin_that_end_better_from_there(
+    errors: dict[str, float], expected: list[str]
+) -> None:
+    """``f`` is the friction of every servo, ``r`` what few have and does more alone. Pairs are not
+    tried."""
+    no_pairs = replace(EFFORT, pairs=0, partners=0)
+    table = {"": 0.29, "a": 0.29} | errors
+    assert selected(table, no_pairs, usual={"f": Usual.FRICTION})[0] == expected
 
 
 def test_half_of_what_is_fitted_is_what_promised_most() -> None:
