@@ -64,9 +64,10 @@ def _denied(names: RunResult, other: RunResult) -> list[str]:
 def _would_show(limit: tuple[str, float | None, bool], names: RunResult) -> bool:
     """True where the size of an effect is beyond that from which on a run shows it."""
     parameter, value, below = limit
-    if value is None:
-        return False
-    size = names["parameters"][parameter][0]
+    known = names["parameters"].get(parameter)
+    if value is None or known is None:
+        return False  # of a special case that is named what contains it has the parameters
+    size = known[0]
     return bool(abs(size) <= abs(value) if below else abs(size) >= abs(value))
 
 

@@ -32,7 +32,7 @@ class SearchEffort:
     ``together_share``: what still errs then lacks an effect. A rich model is varied up to
     ``varied_share``, so that it can be reduced; near the floor it may be reduced for
     ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
-    may cost ``further_share`` of it more.
+    may cost ``further_share`` of it more, and all ordinary ones at once ``completed_share``.
     """
 
     sketched: int = 2
@@ -52,6 +52,7 @@ class SearchEffort:
     search_share: float = 0.9
     reduced_share: float = 0.3
     further_share: float = 0.3
+    completed_share: float = 0.1
 
     def most(self, models: ModelSelection) -> float:
         """What all simulations for these models may cost."""

@@ -15,6 +15,7 @@ from servosight.diagnose.selection._steps import SearchEffort
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 from servosight.models.core import StageProgress
+from servosight.models.effects import covered
 
 _ASTRAY = 10.0  # times the floor
 
@@ -128,15 +129,21 @@ class BackwardSearch:
 
     def with_ordinary(self, trial: Trial) -> Trial:
         """``trial`` with the first ordinary effects that it lacks, fitted at once from there, as
-        far as ``further_share`` of the cost goes, whatever was spent before.
+        far as ``completed_share`` of the cost goes, whatever was spent before.
 
-        As it is where it lacks none, or errs so much that it must lack something else as well.
+        As it is where it lacks none, has others, or errs so much that it must lack something else
+        as well; and where a model that has all of these errs less, which is no worse a minimum.
         """
         models, new = self.models, self._lacking(trial)
-        if not new or not self._is_near(trial):
+        if not new or not self._is_near(trial) or not set(trial.effects) <= set(self._ordinary):
             return trial
+        wanted = {*trial.effects, *new}
+        for other in models.alike(trial):
+            lower = other.score.train_rmse_deg <= trial.score.train_rmse_deg
+            if lower and wanted <= covered(other.effects, models.catalogue):
+                return trial
         self.progress("ordinary effects that are missing", 0, len(new))
-        most_cost = models.work.cost + self.effort.further_share * self.effort.most(models)
+        most_cost = models.work.cost + self.effort.completed_share * self.effort.most(models)
         enough_deg, most_deg = self.visited.criterion.enough_deg, trial.score.train_rmse_deg
         return models.together(trial, new, enough_deg, most_deg, most_cost)
 
@@ -147,9 +154,9 @@ class BackwardSearch:
         known = [name for name in models.known.first if name not in base.effects]
         there = {*base.effects, *known}
         able = [name for name in names if name in models.candidates(base) and name not in there]
-        covered = {one for own in (*there, *able) for one in models.catalogue[own].contains}
+        special = {one for own in (*there, *able) for one in models.catalogue[own].contains}
         apart = [name for name in able if not set(models.catalogue[name].contains) & there]
-        return [*known, *(name for name in apart if name not in covered)]
+        return [*known, *(name for name in apart if name not in special)]
 
     def _known_with(self, base: Trial, new: Sequence[str]) -> Trial:
         """The best of ``base`` with ``new``, or with a richer effect of the command, that was

@@ -125,6 +125,7 @@ def test_the_joint_fit_says_what_it_is() -> None:
         ({"": 1.0, "ab": 0.15, "abcd": 0.1}, "ab", "ab", False),
         ({"": 1.0, "abcd": 0.1}, "", "", False),
         ({"": 9.0, "ab": 1.1, "abcd": 0.1}, "ab", "ab", False),
+        ({"": 1.0, "ar": 0.5, "abcdr": 0.1}, "ar", "ar", False),
     ],
     ids=[
         "two lack",
@@ -134,6 +135,7 @@ def test_the_joint_fit_says_what_it_is() -> None:
         "near the floor",
         "no effects",
         "beyond ten floors",
+        "an effect that few have",
     ],
 )
 def test_the_ordinary_effects_that_an_answer_lacks_are_fitted_behind_it(
@@ -148,6 +150,18 @@ def test_the_ordinary_effects_that_an_answer_lacks_are_fitted_behind_it(
     assert [one for one in models.done if "together" in one] == ["together abcd"] * fitted
     if begun == ended:
         assert found == steps
+
+
+@pytest.mark.parametrize(("known_deg", "fitted"), [(0.6, True), (0.5, False)])
+def test_what_an_answer_lacks_is_not_fitted_again_from_a_minimum_that_is_as_low(
+    known_deg: float, fitted: bool
+) -> None:
+    models = InventedModels({"": 1.0, "ab": 0.5, "abcd": 0.1, "c": 1.0, "d": 1.0})
+    steps = steps_of(models.first(), models.fitted(tuple("ab"), "step"))
+    joint = models._trial(tuple("abcd"), known_deg)
+    models.trials[joint.key] = joint
+    found = completed(steps, visited(models), EFFORT, silent)
+    assert effects_of(found)[-1] == ("abcd" if fitted else "ab")
 
 
 # The steps to a model
