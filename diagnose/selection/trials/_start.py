@@ -40,9 +40,11 @@ def point_less(problem: Problem, fit: Solution) -> Array:
     places = {(one.name, one.recording): j for j, one in enumerate(fit.problem.coordinates)}
     kept = [places[one.name, one.recording] for one in problem.coordinates]
     gone = sorted(set(places.values()) - set(kept))
-    change = fit.jacobian[:, gone] @ (fit.outcome.point - _neutral(fit))[gone]
+    # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
+    jacobian = np.nan_to_num(fit.jacobian, posinf=0.0, neginf=0.0)
+    change = jacobian[:, gone] @ (fit.outcome.point - _neutral(fit))[gone]
     point = point_of(problem, fit)
-    moved = point + np.linalg.lstsq(fit.jacobian[:, kept], change, rcond=None)[0]
+    moved = point + np.linalg.lstsq(jacobian[:, kept], change, rcond=None)[0]
     points = np.clip([point, moved], *problem.bounds)
     return np.asarray(points[np.argmin(half_squares(problem.residuals(points)))])
 

@@ -107,3 +107,5 @@ def test_what_is_left_makes_up_for_the_effect_that_is_left_out() -> None:
     assert point_less(rest, whole).tolist() == pytest.approx([-1.0, 0.25])
     rest.residuals = lambda points: points**2  # nothing to make up for
     assert point_less(rest, whole).tolist() == [0.0, 0.0]
+    whole.jacobian = np.array([[np.inf, np.nan, 0.0], [1.0, -np.inf, 2.0]])
+    assert point_less(rest, whole).tolist() == [0.0, 0.0]
