@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import hypot
 
+from servosight.models.effects import catalogue
+
 from .logs import RunResult
 
 
@@ -64,11 +66,23 @@ def _denied(names: RunResult, other: RunResult) -> list[str]:
 def _would_show(limit: tuple[str, float | None, bool], names: RunResult) -> bool:
     """True where the size of an effect is beyond that from which on a run shows it."""
     parameter, value, below = limit
-    known = names["parameters"].get(parameter)
-    if value is None or known is None:
-        return False  # of a special case that is named what contains it has the parameters
-    size = known[0]
+    if value is None:
+        return False
+    size = names["parameters"][_of_whole(parameter, names)][0]
     return bool(abs(size) <= abs(value) if below else abs(size) >= abs(value))
+
+
+def _of_whole(parameter: str, names: RunResult) -> str:
+    """The parameter, or of a special case, which is named alone, that of the effect in the model
+    which contains it: its own come first there."""
+    if parameter in names["parameters"]:
+        return parameter
+    name, _, own = parameter.partition(".")
+    known = catalogue()
+    place = [one.name for one in known[name].parameters].index(own)
+    wholes = (one for one in known.values() if name in one.contains)
+    could = (f"{one.id}.{one.parameters[place].name}" for one in wholes)
+    return next(one for one in could if one in names["parameters"])
 
 
 def _row(servo: str, run: str, one: RunResult) -> str:

@@ -32,7 +32,8 @@ class SearchEffort:
     ``together_share``: what still errs then lacks an effect. A rich model is varied up to
     ``varied_share``, so that it can be reduced; near the floor it may be reduced for
     ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
-    may cost ``further_share`` of it more, and all ordinary ones at once ``completed_share``.
+    may cost ``further_share`` of it more; all ordinary ones at once are then varied up to
+    ``completed_share`` more.
     """
 
     sketched: int = 2

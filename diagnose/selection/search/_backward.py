@@ -128,23 +128,25 @@ class BackwardSearch:
         return self._shaped(base, new, begun)
 
     def with_ordinary(self, trial: Trial) -> Trial:
-        """``trial`` with the first ordinary effects that it lacks, fitted at once from there, as
-        far as ``completed_share`` of the cost goes, whatever was spent before.
+        """``trial`` with the first ordinary effects that it lacks, fitted at once from there, and
+        varied as far as ``completed_share`` of the cost goes, whatever was spent before.
 
         As it is where it lacks none, has others, or errs so much that it must lack something else
-        as well; and where a model that has all of these errs less, which is no worse a minimum.
+        as well; and where a model that has all of these errs no more: that is no worse a minimum.
         """
         models, new = self.models, self._lacking(trial)
         if not new or not self._is_near(trial) or not set(trial.effects) <= set(self._ordinary):
             return trial
+        enough_deg, most_deg = self.visited.criterion.enough_deg, trial.score.train_rmse_deg
         wanted = {*trial.effects, *new}
-        for other in models.alike(trial):
-            lower = other.score.train_rmse_deg <= trial.score.train_rmse_deg
-            if lower and wanted <= covered(other.effects, models.catalogue):
-                return trial
+        if any(
+            wanted <= covered(other.effects, models.catalogue)
+            for other in models.alike(trial)
+            if other.score.train_rmse_deg <= most_deg
+        ):
+            return trial
         self.progress("ordinary effects that are missing", 0, len(new))
         most_cost = models.work.cost + self.effort.completed_share * self.effort.most(models)
-        enough_deg, most_deg = self.visited.criterion.enough_deg, trial.score.train_rmse_deg
         return models.together(trial, new, enough_deg, most_deg, most_cost)
 
     def _lacking(self, base: Trial) -> list[str]:

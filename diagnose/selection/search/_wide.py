@@ -21,14 +21,11 @@ def searched_widely(
     It is looked for among all models that were ever fitted: no removal or swap can end above the
     best model seen.
     """
-    first, last = steps[0].trial, steps[-1].trial
     backward = BackwardSearch(visited.models, visited, effort, progress)
     if not backward.search_unloaded() and not visited.criterion.done(visited.ranked()[0].score):
-        backward.search(first)
+        backward.search(steps[0].trial)
     BeamSearch(visited.models, visited, effort, progress).search()
-    best = _simplest(visited)
-    cheaper = visited.price(best) < visited.price(last)
-    return steps_to(steps, visited, best) if cheaper else list(steps)
+    return _to_cheaper(steps, visited, _simplest(visited))
 
 
 def ordinary_at_once(visited: Visited, effort: SearchEffort, progress: StageProgress) -> Trial:
@@ -72,9 +69,7 @@ def completed(
         trial = backward.with_ordinary(last)
     if not criterion.settled(trial.score) and visited.price(trial) >= visited.price(last):
         return list(steps)
-    best = _what_is_left(trial, visited, effort, progress)
-    cheaper = visited.price(best) < visited.price(last)
-    return steps_to(steps, visited, best) if cheaper else list(steps)
+    return _to_cheaper(steps, visited, _what_is_left(trial, visited, effort, progress))
 
 
 def _what_is_left(
@@ -83,6 +78,12 @@ def _what_is_left(
     """The best model once each effect of ``trial`` was left out in turn."""
     BackwardSearch(visited.models, visited, effort, progress).reduce(trial)
     return _simplest(visited)
+
+
+def _to_cheaper(steps: Sequence[Step], visited: Visited, best: Trial) -> list[Step]:
+    """The steps, or those to ``best`` if that is cheaper than the last one's model."""
+    cheaper = visited.price(best) < visited.price(steps[-1].trial)
+    return steps_to(steps, visited, best) if cheaper else list(steps)
 
 
 def _simplest(visited: Visited) -> Trial:

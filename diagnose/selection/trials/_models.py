@@ -160,6 +160,11 @@ class ModelSelection:
         kept = [own for own in base.effects if own not in self.catalogue[name].contains]
         return self.problem((*kept, name), base.fit.problem.held)
 
+    def without_effect(self, base: Trial, name: str) -> Problem:
+        """The problem of ``base`` less one effect."""
+        kept = [own for own in base.effects if own != name]
+        return self.problem(kept, base.fit.problem.held)
+
     def sketched(self, base: Trial, name: str) -> Trial:
         """``base`` with one effect more, fitted roughly, judged on what it was fitted to alone."""
         problem, start = self.with_effect(base, name), base.fit
@@ -200,8 +205,7 @@ class ModelSelection:
 
     def without(self, base: Trial, name: str) -> Trial:
         """``base`` less one effect, all else unchanged: not fitted."""
-        kept = [own for own in base.effects if own != name]
-        problem = self.problem(kept, base.fit.problem.held)
+        problem = self.without_effect(base, name)
         fit = Solution.at(problem, point_of(problem, base.fit))
         return Trial(problem.effects, fit, seen(fit, self.split))
 
@@ -237,8 +241,7 @@ class ModelSelection:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
 
         def fit() -> Solution:
-            kept = [own for own in base.effects if own != without]
-            problem = self.problem(kept, base.fit.problem.held)
+            problem = self.without_effect(base, without)
             return polish(problem, [point_less(problem, base.fit)], budget)
 
         way = f"reduced with {budget} simulations"

@@ -43,7 +43,7 @@ def point_less(problem: Problem, fit: Solution) -> Array:
     # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
     jacobian = np.nan_to_num(fit.jacobian, posinf=0.0, neginf=0.0)
     change = jacobian[:, gone] @ (fit.outcome.point - _neutral(fit))[gone]
-    point = point_of(problem, fit)
+    point = fit.outcome.point[kept]
     moved = point + np.linalg.lstsq(jacobian[:, kept], change, rcond=None)[0]
     points = np.clip([point, moved], *problem.bounds)
     return np.asarray(points[np.argmin(half_squares(problem.residuals(points)))])

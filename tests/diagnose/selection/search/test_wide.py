@@ -156,10 +156,10 @@ def test_the_ordinary_effects_that_an_answer_lacks_are_fitted_behind_it(
 def test_what_an_answer_lacks_is_not_fitted_again_from_a_minimum_that_is_as_low(
     known_deg: float, fitted: bool
 ) -> None:
-    models = InventedModels({"": 1.0, "ab": 0.5, "abcd": 0.1, "c": 1.0, "d": 1.0})
+    errors = {"": 1.0, "ab": 0.5, "abcd": 0.1, "c": 1.0, "d": 1.0}
+    models = InventedModels(errors, varied_deg={"abcd": known_deg})
     steps = steps_of(models.first(), models.fitted(tuple("ab"), "step"))
-    joint = models._trial(tuple("abcd"), known_deg)
-    models.trials[joint.key] = joint
+    models.varied(models.fitted(tuple("abcd"), "before"), 0.0, 1.0)
     found = completed(steps, visited(models), EFFORT, silent)
     assert effects_of(found)[-1] == ("abcd" if fitted else "ab")
 
