@@ -45,6 +45,8 @@ DRAWS: Mapping[str, ParameterRanges] = {
     "rate_limit": ParameterRanges({"rate": (150.0, 300.0)}),
     "motion_profile": ParameterRanges({"rate": (120.0, 250.0), "acceleration": (4e3, 2e4)}),
     "velocity_feedforward": ParameterRanges({"lead": (0.012, 0.024)}, xi=(0.45, 0.65)),
+    # Without friction or a load it is hardly more than another T and xi.
+    "integral_action": ParameterRanges({"rate": (4.0, 15.0), "lag": (0.0, 0.03)}, alone=False),
     "asymmetric_gain": ParameterRanges({"ratio": (0.55, 0.75)}),
     "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
     "dead_band": ParameterRanges({"half_width": (0.8, 2.0)}, alone=False),

@@ -45,6 +45,8 @@ class Physics(NamedTuple):
     sensor_nonlinearity_period: float = 1.0
     sensor_nonlinearity_phase: float = 0.0
     feedback_backlash_gap: float = 0.0
+    integral_action_rate: float = 0.0
+    integral_action_lag: float = 0.0
     asymmetric_gain_ratio: float = 1.0
     dead_zone_half_width: float = 0.0
     dead_band_half_width: float = 0.0
@@ -81,7 +83,6 @@ class Physics(NamedTuple):
     backlash_gap: float = 0.0
     # outside
     command_filter_time: float = 0.0
-    integral_action_rate: float = 0.0
     warming_fade: float = 0.0
     warming_time: float = 1.0
     creep_share: float = 0.0
@@ -125,7 +126,7 @@ def march(p, command, disturbance, kept):
         if p.sensor_nonlinearity_amplitude != 0.0:
             turn = 2.0 * math.pi * seen / p.sensor_nonlinearity_period
             error -= p.sensor_nonlinearity_amplitude * math.sin(turn + p.sensor_nonlinearity_phase)
-        integral += p.integral_action_rate * error * dt
+        integral += p.integral_action_rate * (error - p.integral_action_lag * w) * dt
         asked = _drive(p, error + integral, w)
         drive = asked * max(1.0 - p.supply_sag_sag * sagged, 0.0)
         sagged += (abs(asked) - sagged) * dt / p.supply_sag_time

@@ -26,14 +26,13 @@ GRID_S = KEPT * STEP_S
 
 OUTSIDE: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "command_filter": {"time": (0.01, 0.05)},
-    "integral_action": {"rate": (0.5, 5.0)},
     "vibration": {"amplitude": (0.1, 2.0), "frequency": (0.7, 6.0)},
     "gust": {"amplitude": (0.3, 2.0), "time": (0.05, 0.4), "seed": (0.0, 1e6)},
     "warming": {"fade": (0.05, 0.3), "time": (3.0, 10.0)},
     "creep": {"share": (0.05, 0.3), "time": (0.2, 2.0)},
 }
-"""What no catalogue names, beside the twin's of that kind (scenarios/draws.py): a filter or an
-integrator in the firmware, somebody else's machine on the bench, wind, a motor that warms up, a
+"""What no catalogue names, beside the twin's of that kind (scenarios/draws.py): a filter in
+the firmware, somebody else's machine on the bench, wind, a motor that warms up, a
 surface that creeps. Ranges of the parameters, in seconds, degrees, Hz and their quotients."""
 
 

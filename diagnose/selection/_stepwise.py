@@ -14,6 +14,7 @@ from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
 from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._settled import Settling
+from servosight.diagnose.selection._shown_together import shown_together
 from servosight.diagnose.selection._steps import SearchEffort, Selected, Step, new_in, step_to
 from servosight.diagnose.selection.search import (
     BestSoFar,
@@ -95,6 +96,8 @@ class StepwiseSelector:
         if len(steps) == 1 and self.models.known.start_effects:
             steps += self._settling.steps(linear)
         steps = self._from_friction(steps, first)
+        if not self.criterion.done(steps[-1].trial.score):
+            steps = self._better(steps, self._from_together(first))
         last = steps[-1].trial
         open_ = last.effects != linear.effects and not self.criterion.explained(last.score)
         if open_ and not self._tried_pairs_first(first):
@@ -108,6 +111,9 @@ class StepwiseSelector:
         steps = list(first.steps)
         if not first.singles or not self.criterion.wants_search(first.singles[0].score):
             return steps
+        joined = self._from_together(first)
+        if joined and not self.criterion.wants_search(joined[-1].trial.score):
+            return joined
         if self.criterion.hopeless(first.singles[0].score):
             return self._searched_widely(steps)
         return fitted_jointly(steps, Visited(self.models, self.criterion), self.effort, self._show)
@@ -140,8 +146,21 @@ class StepwiseSelector:
         single = self._single(linear, tried)
         if single is None:
             return steps
-        other = self._extended([*first.steps, *single])
-        score, rival = other[-1].trial.score, last.score
+        return self._better(steps, self._extended([*first.steps, *single]))
+
+    def _from_together(self, first: Selected) -> list[Step]:
+        """The steps from effects on that show together alone; none where there are none."""
+        found = shown_together(first, self.models, self.criterion) if first.singles else []
+        if not found:
+            return []
+        return self._extended([*first.steps, *found, *self._settling.steps(found[-1].trial)])
+
+    def _better(self, steps: list[Step], other: list[Step]) -> list[Step]:
+        """The ``other`` steps, if any, where the data tell them apart and they have a lower price;
+        else ``steps``."""
+        if not other:
+            return steps
+        score, rival = other[-1].trial.score, steps[-1].trial.score
         told = not self.criterion.tied(self.criterion.evidence(score, rival))
         cheaper = self.criterion.price(score) < self.criterion.price(rival)
         return other if told and cheaper else steps

@@ -75,6 +75,7 @@ def _types(program: Program, width: int) -> dict[str, str]:
     own = program.need("motor", [row, flags, TRUTH])
     states = program.need("start_states", [row])
     mode = program.need("first_mode", [TRUTH, NUMBER])
+    program.need("settled", [row, flags, pair, states, NUMBER])
     halves = program.need("core_updates", [NUMBER, NUMBER, NUMBER, TRUTH])
     assert isinstance(halves, Tuple)
     steps = program.need("step_lengths", [NUMBER, NUMBER])

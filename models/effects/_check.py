@@ -57,6 +57,7 @@ _AT = {
     "horizon": 1.0,
     "last": 3.0,
     "load": 1.0,
+    "missing": 2.0,
     "slope": 0.0,
     "speed": 30.0,
     "start": 2.0,

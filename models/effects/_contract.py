@@ -29,6 +29,7 @@ from servosight.models.effects._place import Place as Place
 Term = Callable[..., Any]
 
 _ID = re.compile(r"[a-z][a-z0-9_]*")
+_RESTING = (Place.COMMAND, Place.DRIVE)  # where what a state is at the start can be told
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,9 @@ class Effect:
     """One physical effect.
 
     ``term`` is the equation. ``latency`` (COMMAND only) returns seconds of pure delay.
-    ``rest`` (COMMAND with states, before the parameters the command) returns the states behind a
-    command that has always been there; without it they are 0.
+    ``rest`` (COMMAND and DRIVE with states) returns the states at the start, without it 0: before
+    the parameters it takes the command, which has always been there; of a DRIVE the torque [deg]
+    that the rest of the loop lacks to go on as it begins, friction apart.
     ``switch`` (REDUCER, DRIVE and FRICTION, same arguments as the term) returns a number that
     changes sign where the term has a kink: the integrator ends a step there; ``second_switch`` is
     one for another kink, where a step may pass both. ``resolution`` returns
@@ -81,6 +83,8 @@ class Effect:
     it as well.
     The search tries it only where it promises, to first order, to take off ``least_share`` of the
     squared error, and no other effect promises more: for what can stand in for much else.
+    ``together_with`` names effects with which the search tries this one at once, as none of them
+    shows much alone: with the first of them, with the first two, and so on.
     ``for_several_gains`` names the effect in whose place the search tries this one first where
     recordings are at several gains of the position loop.
     """
@@ -104,6 +108,7 @@ class Effect:
     states: int = 0
     contains: tuple[str, ...] = ()
     usual: Usual | None = None
+    together_with: tuple[str, ...] = ()
     for_several_gains: str | None = None
     lead: str | None = None
     least_share: float = 0.0
@@ -131,7 +136,10 @@ class Effect:
             ("parameters", all_are(self.parameters, Parameter), "a tuple of Parameter"),
             *((word, is_a(getattr(self, word), str), "a text") for word in words),
             ("states", is_a(self.states, int) and self.states >= 0, "a whole number from 0"),
-            ("contains", all_are(self.contains, str), "a tuple of effect ids"),
+            *(
+                (name, all_are(getattr(self, name), str), "a tuple of effect ids")
+                for name in ("contains", "together_with")
+            ),
             ("usual", self.usual is None or is_a(self.usual, Usual), "a member of Usual or None"),
             (
                 "for_several_gains",
@@ -172,7 +180,7 @@ class Effect:
         signature = SIGNATURES[self.place]
         for name, given, allowed in (
             ("latency", self.latency is not None, self.place is Place.COMMAND),
-            ("rest", self.rest is not None, self.place is Place.COMMAND and self.states > 0),
+            ("rest", self.rest is not None, self.place in _RESTING and self.states > 0),
             ("switch", bool(self.switches), signature.switched),
             ("state", self.states > 0, signature.stateful),
         ):

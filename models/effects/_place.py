@@ -39,8 +39,8 @@ class Place(enum.Enum):
     - ``TRANSMISSION``: ``(angle, last) -> angle``, ``last`` the term's own output so far.
 
     DRIVE and LOAD terms with a state take it after ``w`` and return ``(torque, d_state)``. COMMAND
-    terms take it after ``last``; its rate holds for the returned horizon, from what ``rest``
-    returns at the start.
+    terms take it after ``last``; its rate holds for the returned horizon. ``rest`` returns the
+    states at the start.
     """
 
     COMMAND = "command"
@@ -110,7 +110,8 @@ def usage(place: Place, role: str, function: Callable[..., Any], states: int) ->
     States may have any names; a resolution takes what it wants of :data:`MOTION`.
     """
     if role == "rest":
-        return Usage(("value",), tuple(f"state_{n}" for n in range(states)))
+        given_first = "value" if place is Place.COMMAND else "missing"
+        return Usage((given_first,), tuple(f"state_{n}" for n in range(states)))
     signature = SIGNATURES[place]
     given = tuple(inspect.signature(function).parameters)
     if role == "latency":

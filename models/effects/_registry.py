@@ -17,6 +17,7 @@ CATALOGUE: tuple[str, ...] = (
     "rate_limit",
     "motion_profile",
     "velocity_feedforward",
+    "integral_action",
     "asymmetric_gain",
     "dead_zone",
     "dead_band",

@@ -98,3 +98,10 @@ def test_two_effects_are_both_named(twin: Any) -> None:
     errors = [step.held_out_rmse_deg for step in found.ladder]
     assert errors == sorted(errors, reverse=True)
     assert_explained(found, {"backlash", "torque_saturation"}, truth)
+
+
+def test_friction_is_named_that_an_integral_hides(twin: Any) -> None:
+    """Of the two alone neither shows: an integral takes away the error that friction leaves."""
+    recording, truth = twin("coulomb_friction", "integral_action")
+    found = diagnose([recording], catalogue=catalogue(), auto=True)
+    assert_explained(found, {"coulomb_friction", "integral_action"}, truth)

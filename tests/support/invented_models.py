@@ -77,7 +77,8 @@ class InventedModels:
     first order where that is not what they gain; ``varied_deg`` are errors of sets that variations
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
     ``held_deg`` are errors of sets with k held; ``swapped_deg`` are errors of sets with a special
-    case, fitted from what contains it; ``usual`` are the weights and frictions;
+    case, fitted from what contains it; ``usual`` are the weights and frictions; ``beside`` are
+    the effects beside which alone one shows;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
     T to a bound; ``on_command`` are effects of the command, ``jumpy`` those with whose parameters a
@@ -93,6 +94,7 @@ class InventedModels:
     held_deg: Mapping[str, float] = field(default_factory=dict)
     swapped_deg: Mapping[str, float] = field(default_factory=dict)
     usual: Mapping[str, Usual] = field(default_factory=dict)
+    beside: Mapping[str, str] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     finished_deg: Mapping[str, float] = field(default_factory=dict)
     at_bounds: Sequence[str] = ()
@@ -116,6 +118,7 @@ class InventedModels:
                 id=n,
                 contains=tuple(self.contains.get(n, "")),
                 usual=self.usual.get(n),
+                together_with=tuple(self.beside.get(n, "")),
                 place=Place.COMMAND if n in self.on_command else Place.LOAD,
                 parameters=(SimpleNamespace(jumpy=n in self.jumpy),),
             )

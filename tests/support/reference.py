@@ -160,6 +160,12 @@ class Reference:
         hinge = self.get("hinge_hardening", "cubic") * theta**3
         return weight + hinge + wave(theta, self.effects.get("cogging"))
 
+    def _held(self, command: float) -> float:
+        """What an integral holds after a second at the start, friction apart."""
+        gathered = 1.0 - math.exp(-self.get("integral_action", "rate"))
+        error = self.k * command + self.bias - self.feedback(self.angle)
+        return gathered * (self.load(self.angle) + 2 * self.xi * self.T * self.speed - error)
+
     def friction(self, drive: float, w: float, load: float) -> float:
         level = self.get("coulomb_friction", "level") + self.get("stribeck_friction", "level")
         share = w / self.get("stribeck_friction", "speed", 1.0)
@@ -185,7 +191,8 @@ class Reference:
         }
         dry = not sticks.isdisjoint(self.effects)
         shaft = self.effects.get("flexible_shaft")
-        x = np.array([self.angle, self.speed] * (2 if shaft else 1) + [0.0, 0.0])
+        x = np.array([self.angle, self.speed] * (2 if shaft else 1) + [0.0, 0.0, 0.0])
+        x[-3] = self._held(float(values[0]))
         out = np.full(samples.size, np.nan)
         for begin, end, first, last in zip(knots, knots[1:], values, values[1:], strict=False):
             if end <= max(begin, samples[0]) or begin >= samples[-1]:

@@ -20,7 +20,7 @@ class Piece:
     """The motion while the command has no knot; ``dry`` where friction can hold the motor.
 
     A state is angle and speed of the motor, those of the far inertia where there is a ``shaft``,
-    the filtered drive of a supply that sags, and the torque of a bristle.
+    what an integral holds, the filtered drive of a supply that sags, the torque of a bristle.
     """
 
     servo: Reference
@@ -43,7 +43,8 @@ class Piece:
     def torques(self, at: float, y: Sequence[float]) -> tuple[float, float]:
         """What acts on the motor without friction, and what friction may take of it."""
         servo = self.servo
-        drive = servo.drive(self.force(at) - servo.feedback(y[0]), y[1], y[-2])
+        error = self.force(at) - servo.feedback(y[0])
+        drive = servo.drive(error + y[-3], y[1], y[-2])
         load = servo.load(y[0])
         net = drive - load - self.ratio * servo.T**2 * self.far_side(y)
         net -= servo.smooth_friction(y[1], y[-1])
@@ -54,14 +55,17 @@ class Piece:
         net, hold = self.torques(at, y)
         return abs(net) - hold
 
-    def lagging(self, at: float, y: Sequence[float], w: float) -> tuple[float, float]:
-        """Rates of the filtered drive of a supply that sags, and of Dahl's bristle."""
+    def lagging(self, at: float, y: Sequence[float], w: float) -> tuple[float, float, float]:
+        """Rates of the integral, of a supply's filtered drive, and of Dahl's bristle."""
         servo = self.servo
-        error = servo.drive(self.force(at) - servo.feedback(y[0]), w, 0.0)
-        sag = (abs(error) - y[-2]) / servo.get("supply_sag", "time", math.inf)
+        error = self.force(at) - servo.feedback(y[0])
+        left = error - servo.get("integral_action", "lag") * w
+        held = servo.get("integral_action", "rate") * left
+        drive = servo.drive(error + y[-3], w, 0.0)
+        sag = (abs(drive) - y[-2]) / servo.get("supply_sag", "time", math.inf)
         stiffness = servo.get("presliding", "stiffness")
         bent = y[-1] / servo.get("presliding", "level", math.inf)
-        return sag, stiffness * (w - abs(w) * bent)
+        return held, sag, stiffness * (w - abs(w) * bent)
 
     def rates(self, at: float, y: Sequence[float], way: float | None) -> list[float]:
         """Of a state whose motor moves to one ``way``, the sign of its speed, or None: is held."""

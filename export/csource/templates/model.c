@@ -57,7 +57,7 @@ typedef struct {
     double row_time[@NAME@_DELAY_ROWS];
     double row_value[@NAME@_DELAY_ROWS];
     int first, rows;  /* the rows under way, a ring */
-    bool given, shaped, begun;
+    bool given, shaped, begun, settled;
     double angle;
 } @name@_model;
 
@@ -161,7 +161,7 @@ void @name@_start(@name@_model *m, double angle_deg, double speed_deg_s)
     }
     m->clock = m->t = m->command = m->newest = 0.0;
     m->first = m->rows = 0;
-    m->given = m->begun = false;
+    m->given = m->begun = m->settled = false;
     m->angle = output_chain(&m->p, &m->on, inner_angle(m), &m->memory);
 }
 
@@ -256,6 +256,10 @@ static bool advance(@name@_model *m, double shift, double end, long *budget)
     }
     line.v[0] = m->p.v[0] * line.v[0] + m->p.v[3];
     line.v[1] = m->p.v[0] * line.v[1];
+    if (!m->settled) {
+        m->motion.f1 = settled(&m->p, &m->on, &m->motion.f0, &m->motion.f1, line.v[0]);
+        m->settled = true;
+    }
     span.v[0] = m->t;
     span.v[1] = fmax(horizon, 2.0 * tiny);
     found = piece(&m->p, &m->on, &m->acts, &m->own, &m->steps, &m->motion, &m->updates, &m->memory,

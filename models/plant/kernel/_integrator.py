@@ -21,7 +21,7 @@ from numba import njit, prange
 
 from servosight.models.plant.kernel._linear_core import step_lengths
 from servosight.models.plant.kernel._piece import branches, first_mode, motor, piece
-from servosight.models.plant.kernel._steps import TINY, core_updates
+from servosight.models.plant.kernel._steps import TINY, core_updates, settled
 from servosight.models.plant.kernel._terms import (
     command_chain,
     command_end,
@@ -81,9 +81,10 @@ def first_angle(p, on, rest):
 
 
 @njit
-def first_motion(p, friction, angle):
+def first_motion(p, on, friction, angle, force):
     """Angle and speed, states and mode of a motor that begins at ``angle`` [deg]."""
-    return (angle, p[5]), start_states((*p[:4], angle, *p[5:])), first_mode(friction, p[5])
+    x, z = (angle, p[5]), start_states((*p[:4], angle, *p[5:]))
+    return x, settled(p, on, x, z, force), first_mode(friction, p[5])
 
 
 @njit
@@ -121,7 +122,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     step = steps[0]
     half, full = core_updates(own[0], own[1], step, acts[0])
     updates = (half, full, step)
-    motion = first_motion(p, acts[2], p[4])
+    motion = first_motion(p, on, acts[2], p[4], bias)
 
     shift = latency(p, on)
     t = samples[0]
@@ -157,7 +158,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
         span = (t, max(min(horizon, stop - t + step), 2.0 * TINY))
         line = (gain * value + bias, gain * slope)
         if t == samples[0]:
-            motion = first_motion(p, acts[2], first_angle(p, on, line[0]))
+            motion = first_motion(p, on, acts[2], first_angle(p, on, line[0]), line[0])
         motion, updates, memory, gone, n, budget = piece(
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
             budget + 1 if shaped else budget - 1,

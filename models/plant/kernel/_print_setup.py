@@ -74,6 +74,7 @@ def queries(slots: Slots) -> str:
         "has_resolutions": [i for i, e in effects if e.resolution is not None],
         "has_shaft": [slots.any_at(Place.SHAFT)],
         "has_states": [i for i, e in effects if e.states and e.place is not Place.COMMAND],
+        "has_held_states": [i for i, e in slots.at(Place.DRIVE) if e.rest is not None],
         "has_input": [slots.any_at(Place.INPUT)],
         "has_plant_terms": [slots.any_at(place) for place in plant],
     }
@@ -109,9 +110,23 @@ def states(slots: Slots) -> str:
             function("start_states(p)", [], f"return ({', '.join(start)})"),
             function("add_scaled(z, h, r)", [], f"return ({added})"),
             function("between_states(tau, h, z, r0, z1, r1)", [], f"return ({mixed})"),
+            _held(slots),
             function("keep_memory(p, on, theta, z)", lines, f"return ({', '.join(kept)})"),
         ]
     )
+
+
+def _held(slots: Slots) -> str:
+    """The states with which a drive that has long held a torque begins."""
+    held = [f"z{i} = z[{i}]" for i in range(slots.n_slots)]
+    for i, effect in slots.at(Place.DRIVE):
+        if effect.rest is not None:
+            first = slots.state[effect.id]
+            names = ", ".join(f"z{first + j}" for j in range(effect.states))
+            call = f"{symbol(effect, 'rest')}(missing, {slots.values(i)})"
+            held.append(f"if on[{i}]:\n    {names} = {call}")
+    kept = ", ".join(f"z{i}" for i in range(slots.n_slots))
+    return function("held_states(p, on, z, missing)", held, f"return ({kept})")
 
 
 def command(slots: Slots) -> str:

@@ -12,6 +12,8 @@ from servosight.models.plant.kernel._terms import (
     add_scaled,
     between_states,
     friction_size,
+    has_held_states,
+    held_states,
     torques,
 )
 
@@ -29,6 +31,16 @@ def net_torque(p, on, theta, w, z, force, mode):
         torque -= mode * friction_size(p, on, max(mode * w, 0.0), mode * drive, mode * load)
     # A quotient that is the same in every step is worked out once; a division here would wait.
     return (torque - reaction) * (1.0 / (T * T * (1.0 - share))), rates, kinks
+
+
+@njit
+def settled(p, on, x, z, force):
+    """The states at the first instant, where those that hold a torque make the motion go on as it
+    is: without acceleration, friction apart, of which nobody knows how much then acts."""
+    if not has_held_states(on):
+        return z
+    drive, load, reaction, _, _, _ = torques(p, on, force, x[0], x[1], z, SLIDING_FREE)
+    return held_states(p, on, z, load + reaction + 2.0 * p[2] * p[1] * x[1] - drive)
 
 
 @njit

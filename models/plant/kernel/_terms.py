@@ -79,6 +79,11 @@ def has_states(on: Flags) -> bool:
     return False
 
 
+def has_held_states(on: Flags) -> bool:
+    """True where a term acts whose state holds a torque from the start on."""
+    return False
+
+
 def has_input(on: Flags) -> bool:
     """True where the known disturbance acts."""
     return False
@@ -92,6 +97,11 @@ def has_plant_terms(on: Flags) -> bool:
 def start_states(p: Row) -> States:
     """States and memories at the first instant; a shaft's far angle and speed stand first."""
     return (0.0, 0.0)
+
+
+def held_states(p: Row, on: Flags, z: States, missing: float) -> States:
+    """The states at the first instant, at which the torque ``missing`` [deg] holds the motion."""
+    return z
 
 
 def keep_memory(p: Row, on: Flags, theta: float, z: States) -> States:

@@ -55,6 +55,7 @@ def test_what_recordings_at_several_gains_try_in_the_place_of_another() -> None:
     [
         ("usual", "weight", "a member of Usual or None"),
         ("for_several_gains", 3, "an effect id or None"),
+        ("together_with", "backlash", "a tuple of effect ids"),
     ],
 )
 def test_a_declaration_of_another_kind_is_refused(field: str, wrong: Any, expected: str) -> None:

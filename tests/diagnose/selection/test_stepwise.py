@@ -23,6 +23,7 @@ from servosight.models.effects import Usual
 POLICY = SelectionPolicy(ordinary=("a", "b", "c", "d", "g"))
 FLOOR_DEG = 0.1
 EFFORT = SearchEffort()
+NO_PAIRS = replace(EFFORT, pairs=0, partners=0)
 
 
 def selected(
@@ -120,9 +121,43 @@ def test_friction_is_where_steps_begin_that_end_better_from_there(
 ) -> None:
     """``f`` is the friction of every servo, ``r`` what few have and does more alone. Pairs are not
     tried."""
-    no_pairs = replace(EFFORT, pairs=0, partners=0)
     table = {"": 0.29, "a": 0.29} | errors
-    assert selected(table, no_pairs, usual={"f": Usual.FRICTION})[0] == expected
+    assert selected(table, NO_PAIRS, usual={"f": Usual.FRICTION})[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [
+        ({"fi": 0.1}, ["", "f", "fi"]),
+        ({"fi": 0.24, "fiv": 0.1}, ["", "v", "fv", "fiv"]),
+        ({"fi": 0.24}, ["", "a"]),
+        ({"a": 0.1, "fi": 0.1}, ["", "a"]),
+        ({"fi": 0.12, "fiv": 0.115}, ["", "f", "fi"]),
+    ],
+    ids=["two", "three", "no cheaper", "one effect is enough", "the third gains too little"],
+)
+def test_effects_that_show_together_alone_are_tried_at_once(
+    errors: dict[str, float], expected: list[str]
+) -> None:
+    """``i`` hides ``f``, and both ``v``; what the steps come to by single effects is ``a``."""
+    table = {"": 0.29, "a": 0.2, "f": 0.288, "i": 0.289, "v": 0.289} | errors
+    policy = replace(POLICY, ordinary=(*POLICY.ordinary, "f", "v"))
+    assert selected(table, NO_PAIRS, policy, beside={"i": "fv"})[0] == expected
+    if "i" in expected[-1]:
+        assert selected(table, NO_PAIRS, policy)[0] == ["", "a"]
+        known = PriorKnowledge(without_effects=("i",))
+        assert selected(table, NO_PAIRS, policy, beside={"i": "fv"}, known=known)[0] == ["", "a"]
+
+
+@pytest.mark.parametrize(("both_deg", "wider"), [(0.15, False), (0.4, True)])
+def test_what_shows_together_near_the_floor_needs_no_wider_search(
+    both_deg: float, wider: bool
+) -> None:
+    errors = {"": 2.0, "a": 1.0, "f": 1.9, "i": 1.9, "fi": both_deg, "abcd": 0.1}
+    steps, _, models = selected(errors, NO_PAIRS, beside={"i": "f"})
+    assert (steps[-1] == "abcd") is wider
+    assert (steps[-1] == "fi") is not wider
+    assert any("abcd" in done for done in models.done) is wider
 
 
 def test_half_of_what_is_fitted_is_what_promised_most() -> None:

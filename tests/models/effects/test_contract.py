@@ -229,6 +229,14 @@ def test_states_latencies_and_switches_stand_where_the_kernel_has_them() -> None
         return value
 
     assert declared(Place.COMMAND, ramped, states=1, rest=begun).rest is begun
+
+    def held(drive: float, w: float, state: float, size: float) -> tuple[float, float]:
+        return drive + size * state, drive
+
+    def wound(missing: float, size: float) -> float:
+        return missing
+
+    assert declared(Place.DRIVE, held, states=1, rest=wound).rest is wound
     with pytest.raises(InputError, match="no rest"):
         declared(Place.LOAD, lagged, states=1, rest=begun)
     with pytest.raises(InputError, match="no latency"):

@@ -57,6 +57,12 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     "cogging": {"cogging": {"amplitude": 1.5, "period": 7.0, "phase": 0.4}},
     "fine cogging": {"cogging": {"amplitude": 0.6, "period": 1.2, "phase": -2.0}},
     "supply_sag": {"supply_sag": {"sag": 0.03, "time": 0.05}},
+    "integral_action": {"integral_action": {"rate": 15.0, "lag": 0.02}},
+    "integral action that holds a weight against friction": {
+        "integral_action": {"rate": 10.0, "lag": 0.03},
+        "coulomb_friction": {"level": 0.8},
+        "gravity_load": {"sine": 5.0, "cosine": 12.0},
+    },
     "linkage_geometry": {"linkage_geometry": {"horn": 1.2, "offset": 15.0}},
     "sensor_nonlinearity": {
         "sensor_nonlinearity": {"amplitude": 1.2, "period": 25.0, "phase": 2.5}
