@@ -234,6 +234,11 @@ class AcceptanceCriterion:
         """The same with the error of all fitted and validation samples."""
         return self._price(score, float(np.sqrt(score.mean_square_deg2)))
 
+    def price_as_ordinary(self, score: Score) -> float:
+        """The same as ``price`` where each effect is one that most servos have."""
+        rare = sum(name not in self.policy.ordinary for name in score.effects)
+        return self.price(score) - rare * (self.policy.rare_price - self.policy.effect_price)
+
     def _price(self, score: Score, error_deg: float) -> float:
         return float(np.log(max(error_deg, self.floor_deg, 1e-300))) + self.burden(score)
 

@@ -17,13 +17,14 @@ def shown_together(
     earn their place beside each smaller one and the best single effect.
 
     What friction leaves of an error, an integral takes away: of the two alone neither shows much.
+    A rare effect costs no more than another here.
     """
     base, best = first.steps[0].trial, first.singles[0]
-    chains = sorted(_chains(first, models), key=lambda one: criterion.price(one[-1].score))
-    for chain in chains:
+    price = criterion.price_as_ordinary
+    for chain in sorted(_chains(first, models), key=lambda one: price(one[-1].score)):
         last, before = chain[-1].score, [base, *chain[:-1]]
         rivals = [one.score for one in (*before, best)]
-        cheaper = criterion.clearly_cheaper(criterion.price(last), criterion.price(best.score))
+        cheaper = criterion.clearly_cheaper(price(last), price(best.score))
         if cheaper and criterion.earns_as_pair(last, rivals, len(models.candidates(base))):
             return [step_to(one, smaller) for smaller, one in itertools.pairwise([base, *chain])]
     return []
