@@ -29,14 +29,16 @@ def equivalents(
 
     Their price, with the error on all fitted and validation samples, is not above that of ``last``
     by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
-    None where ``last`` explains the data: then the noise decides. Where it explains the fitted ones
-    alone, the noise in these decides between it and what has another effect. A set that has all of
+    Where ``last`` explains the data the noise decides; if it does so within the tolerance alone, it
+    is the sets that err clearly less. Where it explains the fitted ones alone, the noise in these
+    decides between it and what has another effect. A set that has all of
     ``last`` and more, or effects that contain them, is no other answer, unless it does without
     another k; nor is one with a parameter at a bound, nor one that has so all of another of these
     sets.
     """
-    if not last.effects or criterion.explained(last.score):
+    if not last.effects:
         return ()
+    explained = criterion.explained(last.score)
     first = models.first().score
     most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
     near: dict[tuple[str, ...], float] = {}
@@ -46,9 +48,13 @@ def equivalents(
         if not other or not models.known.allows(trial.effects):
             continue
         price = criterion.overall_price(trial.score)
-        able = price <= most and criterion.within_bounds(trial.score, first)
-        able = able and not criterion.is_dearer(trial.score, last.score)
-        able = able and not _is_told_by_noise(trial, last, criterion)
+        able = criterion.within_bounds(trial.score, first)
+        if explained:
+            able = able and criterion.is_closer(trial.score, last.score)
+        else:
+            able = able and price <= most
+            able = able and not criterion.is_dearer(trial.score, last.score)
+            able = able and not _is_told_by_noise(trial, last, criterion)
         if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}

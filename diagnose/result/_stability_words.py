@@ -104,9 +104,14 @@ def unmeasured_words(effects: Sequence[str]) -> str:
 
 
 def equivalent_words(
-    effects: Sequence[str], others: Sequence[Sequence[str]], one_of: Mapping[str, Sequence[str]]
+    effects: Sequence[str],
+    others: Sequence[Sequence[str]],
+    one_of: Mapping[str, Sequence[str]],
+    explained: bool = False,
 ) -> str:
     """Which other models do as well, what all have in common, and what stands in for the rest.
+
+    Where the model of the ``effects`` has ``explained`` the data, the others err less.
 
     >>> equivalent_words(["backlash"], [], {})
     ''
@@ -115,6 +120,8 @@ def equivalent_words(
     ...     ["gravity_load", "coulomb_friction"], others, {"coulomb_friction": ["backlash"]})
     >>> words.endswith("All have a gravity load, and one of Coulomb friction and backlash.")
     True
+    >>> equivalent_words(["backlash"], [["dead_zone"]], {"backlash": ["dead_zone"]}, True)[:46]
+    'The one with a dead zone errs clearly less, an'
     """
     if not others:
         return ""
@@ -124,11 +131,16 @@ def equivalent_words(
     common = [name for name in effects if name not in one_of]
     groups = [f"one of {phrased([name, *instead])}" for name, instead in one_of.items() if instead]
     shared = ", and ".join([*([phrased(common)] if common else []), *groups])
-    return (
+    why = (
         f"These data cannot tell the model from the one {models}: the errors differ by no more "
-        f"than they scatter from second to second, so another run may name another. "
-        + (f"All have {shared}." if shared else "No effect is in all of them.")
+        f"than they scatter from second to second, so another run may name another."
     )
+    if explained:
+        why = (
+            f"The one {models} errs clearly less, and the tolerance decides that the model with "
+            f"fewer or likelier effects is enough: a smaller --tolerance decides between them."
+        )
+    return f"{why} " + (f"All have {shared}." if shared else "No effect is in all of them.")
 
 
 def uncertain_words(ladder: Sequence[LadderStep], uncertain: Sequence[str]) -> str:

@@ -88,6 +88,20 @@ class AcceptanceCriterion:
         """True where the validation error is at the floor."""
         return self.at_floor(score.validation_rmse_deg, score.validation_samples)
 
+    def leaves_structure(self, score: Score) -> bool:
+        """True where a model errs more than the noise makes, even if within the tolerance."""
+        noise_deg = float(np.sqrt(max(self.floor_deg**2 - self.tolerance_deg**2, 0.0)))
+        return _larger_rmse(score) > self.policy.structure * noise_deg
+
+    def is_closer(self, score: Score, rival: Score) -> bool:
+        """True where a model errs clearly less than another one that explains data within the
+        tolerance, but not down to the noise."""
+        most = self.policy.closer
+        fitted = score.train_rmse_deg <= most * rival.train_rmse_deg
+        other = score.validation_rmse_deg <= most * rival.validation_rmse_deg
+        told = self.evidence(score, rival) >= self.policy.undecided
+        return fitted and other and told and self.leaves_structure(rival)
+
     @property
     def enough_deg(self) -> float:
         """The rms error of fitted samples that is at the floor [deg]."""

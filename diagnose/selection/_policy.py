@@ -20,6 +20,8 @@ class SelectionPolicy:
     not move are guesses, and a guess that suits the validation data has earned nothing.
 
     ``explained``: a model explains data where its rmse is within this factor of the floor.
+    ``structure``: an rmse so many times the noise is more than noise, if it explains data or not;
+    and ``closer``: a model is closer to data that another one explains by this share of its rmse.
     ``chance``: of few samples the rmse may exceed that where noise alone does so in this share of
     cases. ``tie``: models whose log-likelihoods differ by less are alike. ``undecided``:
     models whose evidence differs by less are fitted to validation data too before that is said.
@@ -46,6 +48,8 @@ class SelectionPolicy:
     min_removed: float = 0.6
     min_evidence: float = 10.0
     explained: float = EXPLAINED
+    structure: float = 1.5
+    closer: float = 0.75
     chance: float = 0.01
     tie: float = 10.0
     undecided: float = 50.0

@@ -96,7 +96,8 @@ class StepwiseSelector:
         if len(steps) == 1 and self.models.known.start_effects:
             steps += self._settling.steps(linear)
         steps = self._from_friction(steps, first)
-        if not self.criterion.done(steps[-1].trial.score):
+        score = steps[-1].trial.score
+        if not self.criterion.done(score) or self.criterion.leaves_structure(score):
             steps = self._better(steps, self._from_together(first))
         last = steps[-1].trial
         open_ = last.effects != linear.effects and not self.criterion.explained(last.score)

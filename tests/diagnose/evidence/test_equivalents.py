@@ -169,6 +169,30 @@ def test_no_scatter_counts_where_the_model_explains_the_data() -> None:
     assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == ()
 
 
+@pytest.mark.parametrize(
+    ("noise_deg", "error", "told"),
+    [(0.01, 0.01, True), (0.01, 0.05, False), (0.045, 0.01, False)],
+    ids=["closer", "hardly closer", "no more than noise"],
+)
+def test_a_model_that_errs_less_is_told_where_the_tolerance_alone_explains(
+    noise_deg: float, error: float, told: bool
+) -> None:
+    """The selected one errs by 0.045 deg rms, within the tolerance."""
+    tolerance_deg = 0.048
+    floor_deg = float(np.hypot(noise_deg, tolerance_deg))
+    models, found = selection(
+        {
+            ("backlash",): 0.06 * MISFIT,
+            ("integral_action", "coulomb_friction"): error * MISFIT,
+            ("backlash", "dead_time"): error * MISFIT,  # has the first one's effect
+        }
+    )
+    criterion = AcceptanceCriterion(floor_deg, tolerance_deg)
+    assert criterion.explained(found[0].score)
+    sets = equivalents(models, found[0], criterion)
+    assert sets == ((("integral_action", "coulomb_friction"),) if told else ())
+
+
 def test_too_few_seconds_tell_nothing_apart_or_alike() -> None:
     models, found = selection(
         {("coulomb_friction",): 0.4 * MISFIT, ("backlash",): 0.4 * in_turn(0.06)}

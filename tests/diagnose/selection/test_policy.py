@@ -21,6 +21,8 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "min_removed": 0.6,
         "min_evidence": 10.0,
         "explained": 1.10,
+        "structure": 1.5,
+        "closer": 0.75,
         "chance": 0.01,
         "tie": 10.0,
         "undecided": 50.0,
@@ -82,6 +84,25 @@ def test_explained_asks_validation_data_and_settled_the_fitted_ones() -> None:
     assert not CRITERION.settled(validated)
     assert not CRITERION.done(fitted)
     assert not CRITERION.done(validated)
+
+
+def test_an_error_of_one_and_a_half_noises_is_more_than_noise() -> None:
+    """At the floor of 0.1 deg, most of which is a tolerance of 0.08 deg."""
+    criterion = replace(CRITERION, tolerance_deg=0.08)  # so the noise is 0.06 deg
+    assert not criterion.leaves_structure(score(0.09 - JUST))
+    assert criterion.leaves_structure(score(0.09 + JUST))
+    assert criterion.leaves_structure(score(0.05, validation_rmse_deg=0.09 + JUST))
+
+
+def test_closer_is_by_a_quarter_of_both_errors_and_by_the_likelihood() -> None:
+    criterion = replace(CRITERION, tolerance_deg=0.08)
+    explains, less = score(0.1, samples=2000), 0.075 - JUST
+    assert criterion.is_closer(score(less, samples=2000), explains)
+    assert not criterion.is_closer(score(0.075 + JUST, samples=2000), explains)
+    fitted_only = score(less, samples=2000, validation_rmse_deg=0.075 + JUST)
+    assert not criterion.is_closer(fitted_only, explains)
+    assert not criterion.is_closer(score(less, samples=100), score(0.1, samples=100))
+    assert not CRITERION.is_closer(score(less, samples=2000), explains), "it is noise alone"
 
 
 @pytest.mark.parametrize("count", [1, 30, 100, 240])

@@ -149,6 +149,18 @@ def test_effects_that_show_together_alone_are_tried_at_once(
         assert selected(table, NO_PAIRS, policy, beside={"i": "fv"}, known=known)[0] == ["", "a"]
 
 
+@pytest.mark.parametrize(("tolerance_deg", "tried"), [(0.08, True), (0.0, False)])
+def test_what_shows_together_is_tried_where_the_tolerance_alone_explains(
+    tolerance_deg: float, tried: bool
+) -> None:
+    """At the floor by one effect, with more than the noise of 0.06 deg; it stays the answer."""
+    models = InventedModels({"": 0.2, "a": 0.1, "f": 0.2, "i": 0.2, "fi": 0.06}, beside={"i": "f"})
+    criterion = AcceptanceCriterion(FLOOR_DEG, tolerance_deg, POLICY)
+    found = StepwiseSelector(models, criterion, effort=NO_PAIRS).select()  # type: ignore[arg-type]
+    assert ["".join(step.trial.effects) for step in found.steps] == ["", "a"]
+    assert ("fit fi" in models.done) is tried
+
+
 @pytest.mark.parametrize(("both_deg", "wider"), [(0.15, False), (0.4, True)])
 def test_what_shows_together_near_the_floor_needs_no_wider_search(
     both_deg: float, wider: bool
