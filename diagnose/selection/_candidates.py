@@ -68,7 +68,7 @@ class Candidates:
 
     def searched(self, trials: Sequence[Trial], base: Trial) -> list[Trial]:
         """Best first; where the first does not reach the floor it is fitted from many starts."""
-        ranked = self.led(trials, self.effort.leaders)
+        ranked = self._with_partners(self.led(trials, self.effort.leaders), base)
         if ranked and not self.criterion.settled(ranked[0].score):
             ranked[0] = self.models.searched(base, ranked[0], new_in(ranked[0], base))
         return self.criterion.ordered(
@@ -77,6 +77,23 @@ class Candidates:
             lambda trial: self.models.catalogue[new_in(trial, base)].contains,
             lambda trial: new_in(trial, base),
         )
+
+    def _with_partners(self, ranked: list[Trial], base: Trial) -> list[Trial]:
+        """Best first, with the effects that the best one is tried together with.
+
+        Alone it may stand in for one of them, which promised too little to be fitted.
+        """
+        if not ranked:
+            return ranked
+        tried = {new_in(trial, base) for trial in ranked}
+        able = set(self.models.candidates(base)) - tried
+        names = self.models.catalogue[new_in(ranked[0], base)].together_with
+        further = [
+            self.models.extended(base, name, self.models.sketched(base, name))
+            for name in names
+            if name in able
+        ]
+        return self.criterion.ranked([*ranked, *map(self.models.finished, further)], score_of)
 
     def _with_special_cases(self, ranked: list[Trial], base: Trial) -> list[Trial]:
         """Best first, with the special cases of the best one's effect fitted from it as well.

@@ -149,6 +149,20 @@ def test_effects_that_show_together_alone_are_tried_at_once(
         assert selected(table, NO_PAIRS, policy, beside={"i": "fv"}, known=known)[0] == ["", "a"]
 
 
+@pytest.mark.parametrize(("beside", "last"), [({"i": "v"}, "v"), ({}, "i")])
+def test_an_effect_that_shows_beside_the_best_is_tried_in_its_place(
+    beside: dict[str, str], last: str
+) -> None:
+    """It promised too little to be fitted behind the first effect, which is not so at the first
+    step, where all are sketched."""
+    errors = {"": 0.29, "c": 0.2, "ac": 0.19, "bc": 0.19, "ci": 0.1, "cv": 0.099}
+    promised = {"a": 9.0, "b": 8.0, "i": 7.0}
+    effort = replace(NO_PAIRS, fitted=3, sketched=1, swapped=0)
+    steps, _, models = selected(errors, effort, promised=promised, beside=beside)
+    assert steps == ["", "c", f"c{last}"]
+    assert ("fit cv" in models.done) is bool(beside)
+
+
 @pytest.mark.parametrize(("tolerance_deg", "tried"), [(0.08, True), (0.0, False)])
 def test_what_shows_together_is_tried_where_the_tolerance_alone_explains(
     tolerance_deg: float, tried: bool
