@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numba import njit
@@ -151,7 +151,7 @@ def recorded(
     """One run of a drive, as its own sensor and controller log it."""
     rows_s = np.arange(0.0, DURATION_S, row_s)
     command = (sines if kind == "sines" else moves)(rng, rows_s)
-    numbers = tuple(vars(drive).values())
+    numbers = astuple(drive)
     steps = round((DURATION_S + 0.1) / STEP_S)
     angle = march(numbers, command, np.gradient(command, row_s), row_s, steps)
     time_s = np.arange(0.0, DURATION_S, max(row_s, 5e-3)) + rng.uniform(0.0, 2e-3)

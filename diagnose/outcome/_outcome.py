@@ -140,6 +140,7 @@ def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:
         unmeasured=unmeasured(last.parameters, open_, catalogue),
         motionless=motionless(last.parameters, open_, catalogue),
         equivalents=others,
+        closer=bool(others) and outcome.criterion.explained(outcome.last.score),
         one_of=interchangeable(last.effects, others, catalogue),
     )
     excluded = outcome.models.known.without_effects

@@ -107,11 +107,12 @@ def equivalent_words(
     effects: Sequence[str],
     others: Sequence[Sequence[str]],
     one_of: Mapping[str, Sequence[str]],
-    explained: bool = False,
+    closer: bool = False,
 ) -> str:
     """Which other models do as well, what all have in common, and what stands in for the rest.
 
-    Where the model of the ``effects`` has ``explained`` the data, the others err less.
+    ``closer``: they err clearly less than the model of the ``effects``, which is enough within the
+    tolerance.
 
     >>> equivalent_words(["backlash"], [], {})
     ''
@@ -135,10 +136,10 @@ def equivalent_words(
         f"These data cannot tell the model from the one {models}: the errors differ by no more "
         f"than they scatter from second to second, so another run may name another."
     )
-    if explained:
+    if closer:
         why = (
-            f"The one {models} errs clearly less, and the tolerance decides that the model with "
-            f"fewer or likelier effects is enough: a smaller --tolerance decides between them."
+            f"The one {models} errs clearly less, but within the tolerance the model with fewer or "
+            f"likelier effects is enough: a smaller tolerance decides between them (--tolerance)."
         )
     return f"{why} " + (f"All have {shared}." if shared else "No effect is in all of them.")
 

@@ -105,9 +105,7 @@ def headline_and_summary(
         undetermined_words(stable.undetermined),
         motionless_words(stable.motionless),
         unmeasured_words([name for name in stable.unmeasured if name in certain]),
-        equivalent_words(
-            ladder[-1].effects, stable.equivalents, stable.one_of, verdict is Verdict.EXPLAINED
-        ),
+        equivalent_words(ladder[-1].effects, stable.equivalents, stable.one_of, stable.closer),
     ]
     if untried and verdict is Verdict.UNEXPLAINED:
         lines.append(f"Not tried, as ruled out beforehand: {listed(untried)}.")

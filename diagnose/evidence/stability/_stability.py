@@ -41,7 +41,8 @@ class Stability:
     all data leaves without one parameter that differs from its neutral value, ``unmeasured`` those
     without one whose sigma is known, which are named nevertheless; ``motionless`` are those that
     need a motion to show where T is not known. ``equivalents`` are
-    sets of effects that do as well; ``one_of`` has each chosen effect that not all of them have,
+    sets of effects that do as well, or err clearly less (``closer``) than what the tolerance finds
+    enough; ``one_of`` has each chosen effect that not all of them have,
     with what they have in its place; ``contained`` has chosen effects whose name is open, with the
     special case of each that is certain.
     """
@@ -53,6 +54,7 @@ class Stability:
     unmeasured: tuple[str, ...] = ()
     motionless: tuple[str, ...] = ()
     equivalents: tuple[EffectNames, ...] = ()
+    closer: bool = False
     one_of: Mapping[str, EffectNames] = field(default_factory=dict)
     contained: Mapping[str, str] = field(default_factory=dict)
 

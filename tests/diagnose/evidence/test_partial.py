@@ -203,6 +203,11 @@ def test_the_summary_is_a_line_for_each_part() -> None:
         "Not tried, as ruled ",
     ]
     assert summary.splitlines()[-2].endswith("All have one of backlash and a dead zone.")
+    stable = replace(stable, closer=True)
+    _, summary = headline_and_summary(
+        Verdict.EXPLAINED, [first, last], [], None, levels, known, stable
+    )
+    assert summary.splitlines()[-1].startswith("The one with a dead zone errs clearly less, but ")
 
 
 def proposal() -> Proposal:
