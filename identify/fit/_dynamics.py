@@ -12,6 +12,7 @@ from servosight.models.core import CORE, Actuator, Array, Estimate, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant import (
     bandwidth_hz,
+    integral_s,
     natural_frequency_hz,
     resonance_db,
     step_metrics,
@@ -96,6 +97,7 @@ def step_times(actuator: Actuator) -> Array:
     """Times about a step at 0 [s], (POINTS,)."""
     T, xi = actuator.value("T"), actuator.value("xi")
     slow_s = T * (xi + np.sqrt(xi * xi - 1.0)) if xi > 1.0 else T / max(xi, 0.2)
+    slow_s = max(slow_s, integral_s(actuator))
     return np.asarray(np.linspace(-BEFORE_STEP, 1.0, POINTS) * LENGTH * slow_s)
 
 

@@ -1,6 +1,7 @@
 """The one plant equation, compiled."""
 
 from servosight.models.plant._describing import describing_function as describing_function
+from servosight.models.plant._describing import integral_s as integral_s
 from servosight.models.plant._difference import TRANSFORMS as TRANSFORMS
 from servosight.models.plant._difference import Difference as Difference
 from servosight.models.plant._difference import Linear as Linear

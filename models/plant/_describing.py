@@ -70,7 +70,19 @@ def describing_function(
 
 
 def settling_s(actuator: Actuator) -> float:
-    """Time [s] after which what a step excites in the linear core, behind its delay, has gone."""
+    """Time [s] after which what a step excites in the linear core, behind its delay, has gone, and
+    what an integral has gathered of it."""
     T, xi = actuator.value("T"), actuator.value("xi")
     late = actuator.value("dead_time.delay") if "dead_time" in actuator.effects else 0.0
-    return late + 8.0 * T * max(2.0 * xi, 1.0 / xi)
+    return late + 8.0 * (T * max(2.0 * xi, 1.0 / xi) + integral_s(actuator))
+
+
+def integral_s(actuator: Actuator) -> float:
+    """Time constant [s] with which the integral of a controller fades, 0 without one.
+
+    That of the slow pole where rate T is small: -rate / (1 + rate lag).
+    """
+    if "integral_action" not in actuator.effects:
+        return 0.0
+    rate, lag = (actuator.value(f"integral_action.{name}") for name in ("rate", "lag"))
+    return 1.0 / rate + lag if rate > 0.0 else 0.0

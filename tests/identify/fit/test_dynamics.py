@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from servosight.identify.fit import Fit, dynamics, identify
-from servosight.models.core import Estimate
+from servosight.models.core import Actuator, Estimate
 from servosight.models.effects import catalogue
 from servosight.models.plant import bandwidth_hz, natural_frequency_hz
 
@@ -67,3 +67,14 @@ def test_what_is_held_adds_nothing_and_what_is_unknown_everything(fits: list[Fit
     assert unsure.final_change_deg is not None
     none = dynamics(fit.actuator, None, 5.0, catalogue())
     assert none.natural_frequency_hz.sigma is None
+
+
+def test_the_step_lasts_until_an_integral_has_come_to_its_end() -> None:
+    """Truth: behind a weight of 6 deg the loop comes to k times the step, by 1/rate."""
+    values = {"k": 1.0, "T": 0.02, "xi": 0.6, "bias": 0.0, "gravity_load.sine": 6.0}
+    values |= {"gravity_load.cosine": 0.0, "integral_action.rate": 2.0, "integral_action.lag": 0.0}
+    known = {name: Estimate(value, None, "") for name, value in values.items()}
+    servo = Actuator(known, ("integral_action", "gravity_load"))
+    found = dynamics(servo, None, 5.0, catalogue())
+    assert found.final_change_deg is not None
+    assert found.final_change_deg.value == pytest.approx(5.0, abs=1e-3)

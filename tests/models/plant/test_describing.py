@@ -51,6 +51,17 @@ def test_without_effects_it_is_the_transfer_function(frequency_hz: float) -> Non
     assert found == pytest.approx(core(frequency_hz) * late, abs=2e-4)
 
 
+@pytest.mark.parametrize("frequency_hz", [0.05, 0.5, 5.0])
+@pytest.mark.parametrize(("rate", "lag"), [(3.0, 0.0), (20.0, 0.05)])
+def test_with_an_integral_it_is_the_transfer_function_of_third_order(
+    rate: float, lag: float, frequency_hz: float
+) -> None:
+    servo = actuator(CORE, integral_action__rate=rate, integral_action__lag=lag)
+    s = 2j * math.pi * frequency_hz
+    expected = (1.0 + rate / s) / (1.0 / core(frequency_hz) + rate * lag + rate / s)
+    assert servo.describing_function(3.0, frequency_hz) == pytest.approx(expected, abs=2e-4)
+
+
 @pytest.mark.parametrize("amplitude_deg", [0.35, 0.6, 3.0])
 @pytest.mark.parametrize("frequency_hz", [0.2, 4.0])
 def test_play_agrees_with_its_closed_form(amplitude_deg: float, frequency_hz: float) -> None:
