@@ -61,8 +61,8 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
 }
 """Values on either side of each threshold of the policy.
 
-Left out are ``tie`` and ``undecided``, which decide what is said beside a model and not which model
-is selected, and ``ordinary``, which is a list of names.
+Left out are ``tie``, ``undecided``, ``structure`` and ``closer``, which decide what is said beside
+a model and not which model is selected, and ``ordinary``, which is a list of names.
 """
 
 

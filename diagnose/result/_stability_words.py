@@ -122,7 +122,7 @@ def equivalent_words(
     >>> words.endswith("All have a gravity load, and one of Coulomb friction and backlash.")
     True
     >>> equivalent_words(["backlash"], [["dead_zone"]], {"backlash": ["dead_zone"]}, True)[:46]
-    'The one with a dead zone errs clearly less, an'
+    'The one with a dead zone errs clearly less, bu'
     """
     if not others:
         return ""
