@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -21,7 +22,7 @@ from numba import njit
 
 from servosight.diagnose import Diagnosis, diagnose
 from servosight.models.core import Array, Recording
-from threads import restart_unless
+from threads import AS_COMMAND, restart_unless
 
 DURATION_S, STEP_S, KEPT = 10.0, 1e-5, 10
 FRICTION = {
@@ -32,7 +33,6 @@ FRICTION = {
     "directional_friction",
     "load_dependent_stribeck",
 }
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # as the command line has it
 
 
 @dataclass(frozen=True)
@@ -145,6 +145,15 @@ def moves(rng: np.random.Generator, time_s: Array) -> Array:
     return found
 
 
+def recordings(seed: int) -> tuple[Drive, Iterator[list[Recording]]]:
+    """A drive, and for each of its two diagnoses a run to fit, to choose by and to test."""
+    rng = np.random.default_rng([seed, 88])
+    drive, row_s = Drive.of(rng), float(rng.choice([2e-3, 4e-3, 1e-2]))
+    noise = rng.uniform(2e-3, 2e-2)
+    halves = ("sines", "moves", "sines"), ("moves", "sines", "moves")
+    return drive, ([recorded(drive, rng, kind, row_s, noise) for kind in one] for one in halves)
+
+
 def recorded(
     drive: Drive, rng: np.random.Generator, kind: str, row_s: float, noise: float
 ) -> Recording:
@@ -184,16 +193,13 @@ def main() -> None:
         "| linear, floors | model, floors | verdict | CPU, s |\n" + "| --- " * 9 + "|"
     )
     for seed in parser.parse_args().seeds:
-        rng = np.random.default_rng([seed, 88])
-        drive, row_s = Drive.of(rng), float(rng.choice([2e-3, 4e-3, 1e-2]))
-        noise = rng.uniform(2e-3, 2e-2)
-        for half, kinds in enumerate((("sines", "moves", "sines"), ("moves", "sines", "moves"))):
-            fitted, chosen, tested = (recorded(drive, rng, kind, row_s, noise) for kind in kinds)
+        drive, halves = recordings(seed)
+        for half, (fitted, chosen, tested) in enumerate(halves, 1):
             began = time.process_time()
             found = diagnose([fitted], validate=[chosen], test=[tested], auto=True)
-            print(line(seed, half + 1, drive, found, time.process_time() - began), flush=True)
+            print(line(seed, half, drive, found, time.process_time() - began), flush=True)
 
 
 if __name__ == "__main__":
-    restart_unless(ONE_THREAD)
+    restart_unless(AS_COMMAND)
     main()

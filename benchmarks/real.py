@@ -26,12 +26,11 @@ from servosight.identify.fit import OwnValues, fit_effects, own_values
 from servosight.identify.problem import Problem
 from servosight.models.core import Estimate, Recording, write_text
 from servosight.models.effects import catalogue
-from threads import restart_unless
+from threads import AS_COMMAND, restart_unless
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "out" / "real"
 PAGE = ROOT / "docs" / "measured" / "real.md"
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # as the command line has it
 
 
 def carried(
@@ -146,5 +145,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    restart_unless(ONE_THREAD)
+    restart_unless(AS_COMMAND)
     main()

@@ -17,12 +17,11 @@ from real_servos.logs import RunResult, log
 from real_servos.pairs import page
 from servosight.diagnose import diagnose
 from servosight.models.core import Estimate, write_text
-from threads import restart_unless
+from threads import AS_COMMAND, restart_unless
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "out" / "real-pairs"
 PAGE = ROOT / "docs" / "measured" / "real_pairs.md"
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # as the command line has it
 SERVOS = {"sts3250-32": ("sts3250", 32), "xl330-200": ("xl330", 200), "xl330-400": ("xl330", 400)}
 TRAJECTORIES = ("sin_sin", "up_and_down")
 
@@ -67,5 +66,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    restart_unless(ONE_THREAD)
+    restart_unless(AS_COMMAND)
     main()

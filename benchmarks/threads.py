@@ -6,6 +6,9 @@ import os
 import sys
 from collections.abc import Mapping
 
+AS_COMMAND = {"OPENBLAS_NUM_THREADS": "1"}
+"""As the command line has it."""
+
 
 def restart_unless(settings: Mapping[str, str]) -> None:
     """Start the running script anew with these environment variables unless they are set so."""

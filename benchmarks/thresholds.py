@@ -41,6 +41,7 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
     "min_evidence": (3.0, 30.0),
     "explained": (1.03, 1.3),
     "chance": (0.001, 0.1),
+    "structure": (1.2, 2.5),
     "nested": (0.0, 10.0),
     "visible": (0.0, 1.0),
     "worse": (1.0, 1.2),
@@ -61,8 +62,8 @@ CHANGES: Mapping[str, tuple[float, ...]] = {
 }
 """Values on either side of each threshold of the policy.
 
-Left out are ``tie``, ``undecided``, ``structure`` and ``closer``, which decide what is said beside
-a model and not which model is selected, and ``ordinary``, which is a list of names.
+Left out are ``tie``, ``undecided`` and ``closer``, which decide what is said beside a model and not
+which model is selected, and ``ordinary``, which is a list of names.
 """
 
 

@@ -19,12 +19,11 @@ from hidden.draw import TrialSetup, mixture, propose
 from servosight.diagnose import diagnose
 from servosight.models.core import Camera, Recording
 from servosight.sim.run import angle_recording
-from threads import restart_unless
+from threads import AS_COMMAND, restart_unless
 
 SEEDS = (0, 1, 4, 6, 8, 9, 12)
 DURATION_S, AMPLITUDE_DEG, NOISE_DEG = 20.0, 25.0, 0.03
 CAMERA = Camera(rate_hz=120.0, exposure_s=0.0005)
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # as the command line has it
 
 
 def recorded(setup: TrialSetup, rng: np.random.Generator, name: str, seed: int) -> Recording:
@@ -66,5 +65,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    restart_unless(ONE_THREAD)
+    restart_unless(AS_COMMAND)
     main()

@@ -7,7 +7,7 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from cascade import KEPT, STEP_S, Drive, line, march, moves, recorded, sines
+from cascade import KEPT, STEP_S, Drive, line, march, moves, recordings, sines
 from servosight.diagnose import diagnose
 
 PLAIN = Drive(
@@ -42,12 +42,8 @@ def test_a_ramp_is_followed_with_what_the_position_loop_alone_leaves(
 
 def test_play_that_stands_in_for_friction_within_the_tolerance_is_left_open() -> None:
     """The model with the effects that are there errs clearly less, and both are listed."""
-    rng = np.random.default_rng([23, 88])
-    drive, row_s = Drive.of(rng), float(rng.choice([2e-3, 4e-3, 1e-2]))
-    noise = rng.uniform(2e-3, 2e-2)
-    fitted, chosen, tested = (
-        recorded(drive, rng, kind, row_s, noise) for kind in ("sines", "moves", "sines")
-    )
+    drive, halves = recordings(23)
+    fitted, chosen, tested = next(halves)
     found = diagnose([fitted], validate=[chosen], test=[tested], auto=True)
     assert (found.verdict.value, found.effects) == ("explained", ())
     assert found.one_of == {"feedback_backlash": ("integral_action", "coulomb_friction")}

@@ -7,7 +7,7 @@ from dataclasses import fields
 from servosight.diagnose.selection import SelectionPolicy
 from thresholds import CHANGES
 
-LEFT_OUT = {"tie", "undecided", "structure", "closer", "ordinary"}
+LEFT_OUT = {"tie", "undecided", "closer", "ordinary"}
 
 
 def test_every_threshold_is_moved_to_either_side() -> None:
