@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
 
 BEFORE, AFTER, FLOOR = "#d55e00", "#0072b2", "#8f9aa5"
 LEAST_DEG = 1e-9
+_LETTERS = 60
+"""So many stand side by side below a figure of the usual width; longer names take more lines."""
 
 
 def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = None) -> Axes:
@@ -33,6 +36,8 @@ def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = 
     )
     axes.set_yscale("log")
     axes.set_ylim(0.5 * min(*errors, floor), 3.0 * max(*errors, floor))
-    axes.set_xticks(range(len(errors)), list(steps))
+    width = max(_LETTERS // len(errors), 1)
+    names = [textwrap.fill(name, width, break_long_words=False) for name in steps]
+    axes.set_xticks(range(len(errors)), names)
     axes.set_ylabel("error on test data, rms [deg]")
     return axes
