@@ -6,14 +6,14 @@ angle, so its pixels would indicate, with high precision, that the angle has not
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask
-from servosight.tracking.fit._polar import Sample
+from servosight.tracking.fit._polar import NONE_STALE, Sample
 
 _BLOCK_PX = 8  # the smallest block that codecs copy as one
 _SAME = 0.5  # share of a block's pixels; by chance a fifth are the same
@@ -29,34 +29,40 @@ def copied_pixels(picture: NDArray[np.uint8], before: NDArray[np.uint8]) -> Mask
 
 @njit(cache=True, nogil=True)
 def _mark_copied(picture, before, copied):  # type: ignore[no-untyped-def]
-    """Fill ``copied``; a block cut off by the border is continued by its last row and column."""
+    """Fill ``copied``; a block that the border cuts off is judged by what is in the picture."""
     height, width = picture.shape
+    same = np.empty(width, np.uint8)
     for top in range(0, height, _BLOCK_PX):
+        rows = min(_BLOCK_PX, height - top)
+        same[:] = 0
+        for y in range(top, top + rows):
+            row, earlier = picture[y], before[y]
+            for x in range(width):
+                same[x] += row[x] == earlier[x]
         for left in range(0, width, _BLOCK_PX):
-            same = 0
-            for y in range(top, top + _BLOCK_PX):
-                row, earlier = picture[min(y, height - 1)], before[min(y, height - 1)]
-                for x in range(left, left + _BLOCK_PX):
-                    same += row[min(x, width - 1)] == earlier[min(x, width - 1)]
-            often = same > _SAME * _BLOCK_PX**2
-            copied[top : top + _BLOCK_PX, left : left + _BLOCK_PX] = often
+            block = same[left : left + _BLOCK_PX]
+            count = 0
+            for number in block:
+                count += number
+            often = count > _SAME * rows * block.size
+            for y in range(top, top + rows):
+                for x in range(left, left + block.size):
+                    copied[y, x] = often
 
 
-def without_copied(sample: Sample, copied: Mask | None) -> Sample:
-    """The pixels of a sample that are not ``copied``.
+def stale(sample: Callable[[], Sample], copied: Mask | None) -> tuple[Mask, float]:
+    """Which pixels of a picture are to be left out as old, by their place in it, and 0.
 
-    Where these hold too little information on the angle: all pixels, with the share of that
-    information that lies in copied ones.
+    Where the rest of a ``sample`` holds too little information on the angle: none, and the share of
+    that information that lies in ``copied`` ones.
     """
-
     if copied is None:
-        return sample
-    stale = copied.reshape(-1).take(sample.pixels.index.take(sample.chosen))
-    worth = sample.per_turn.astype(np.float64) ** 2
-    share = float(worth[stale].sum() / max(worth.sum(), 1e-30))
-    return (
-        replace(sample, copied_share=share) if share > 1.0 - _LEAST_NEW else sample.within(~stale)
-    )
+        return NONE_STALE, 0.0
+    flat, whole = copied.reshape(-1), sample()
+    worth = whole.per_turn.astype(np.float64) ** 2
+    old = flat.take(whole.pixels.index.take(whole.chosen))
+    share = float(worth[old].sum() / max(worth.sum(), 1e-30))
+    return (NONE_STALE, share) if share > 1.0 - _LEAST_NEW else (flat, 0.0)
 
 
 def lag(angle: Array, copied_share: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Single
-from servosight.tracking.fit._kernels import gate_of, judged, median_residual, normal, weights
+from servosight.tracking.fit._kernels import equations, judged
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
 
@@ -116,19 +116,14 @@ def gauss_newton(
     """
     start = angle_rad
     gain, offset = light or (1.0, 0.0)
-    before = gate = np.inf
+    flat, so_far = picture.reshape(-1), np.array([gain, offset, np.inf, shot], np.float32)
+    before = np.inf
     for iteration in range(1, _ITERATIONS + 1):
         now = model(angle_rad)
         if now.chosen.size < _LEAST_PIXELS:
             return None
-        seen = now.grey(picture)
-        if iteration == 1 and light is None:
-            # Brightness as learnt, with an offset only: least squares would fit what covers a part.
-            offset = median_residual(seen, now.value)
-        light_now = np.array([gain, offset, gate, shot], np.float32)
-        # What covers a part biases gain and offset: a gate never widens.
-        light_now[2] = gate = gate_of(seen, now.value, light_now)
-        solved = _step(now, seen, jacobian(now), light_now)
+        so_far[:2] = gain, offset
+        solved = _step(now, flat, jacobian(now), so_far, iteration == 1 and light is None)
         if solved is None:
             return None
         step = solved
@@ -150,17 +145,18 @@ def gauss_newton(
     return _fit(angle_rad, step)
 
 
-def _step(sample: Sample, seen: NDArray[np.uint8], motion: Single, light: Single) -> _Step | None:
-    """Solve for gain, offset and motion; ``light`` is gain, offset, gate and shot noise so far.
+def _step(
+    sample: Sample, flat: NDArray[np.uint8], motion: Single, light: Single, darker: bool
+) -> _Step | None:
+    """Solve for gain, offset and motion; the others are as in ``equations``.
 
     None where too few pixels pass the gate, or they do not determine the unknowns.
     """
-    value = sample.value
-    rows = np.concatenate([value[None], np.ones_like(value)[None], float(light[0]) * motion])
-    weight, used, inside = weights(seen, value, light)
+    seen, rows, weight, used, inside, matrix, right, power = equations(
+        flat, sample.pixels.index, sample.chosen, sample.value, motion, light, darker
+    )
     if used < _LEAST_PIXELS:
         return None
-    matrix, right, power = normal(seen, rows, weight)
     try:
         inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
@@ -202,7 +198,6 @@ def _fit(angle_rad: float, step: _Step) -> AngleFit:
         delay_spread=spread,
         gain=float(solution[0]),
         offset=float(solution[1]),
-        copied_share=now.copied_share,
         sensitivity=sensitivity,
     )
 

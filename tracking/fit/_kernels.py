@@ -78,6 +78,33 @@ def normal(seen, rows, weight):  # type: ignore[no-untyped-def]
 
 
 @_kernel
+def equations(picture, index, chosen, value, motion, light, darker):  # type: ignore[no-untyped-def]
+    """What one step solves: the grey levels of a flattened picture at the pixels, the rows of the
+    changes with gain, offset and ``motion`` (unknowns, pixels), and what ``weights`` and ``normal``
+    make of them.
+
+    ``light`` is gain, offset, gate and shot noise so far; the gate is set in it, and first, if the
+    picture may be ``darker`` or lighter than learnt, the offset.
+    """
+    seen = np.empty(chosen.size, np.uint8)
+    for i in range(chosen.size):
+        seen[i] = picture[index[chosen[i]]]
+    if darker:
+        # An offset only: least squares would fit what covers a part.
+        light[1] = median_residual(seen, value)
+    # What covers a part biases gain and offset: a gate never widens.
+    light[2] = gate_of(seen, value, light)
+    rows = np.empty((2 + len(motion), seen.size), np.float32)
+    rows[0] = value
+    rows[1] = np.float32(1.0)
+    for a in range(len(motion)):
+        rows[2 + a] = light[0] * motion[a]
+    weight, used, inside = weights(seen, value, light)
+    matrix, right, power = normal(seen, rows, weight)
+    return seen, rows, weight, used, inside, matrix, right, power
+
+
+@_kernel
 def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: ignore[no-untyped-def]
     """Change of each pixel with the surface's pose errors, (6, pixels) [grey levels/px].
 

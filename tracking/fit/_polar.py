@@ -16,7 +16,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
-from servosight.tracking.core import PICTURE, STILL, Exposure, MotionPlane, slopes, weights
+from servosight.tracking.core import PICTURE, MotionPlane
+
+NONE_STALE: Mask = np.empty(0, bool)
+"""No pixel of a picture is left out as old."""
 
 _BLOCK_PX = 32
 _LARGE_PX, _WIDEST = 400.0, 2.0
@@ -182,8 +185,7 @@ class Sample:
     ``chosen`` are those pixels' places in the table ``pixels``; ``value`` in grey levels;
     ``per_turn`` its change with the surface's own angle, per radian, and ``per_px`` with the
     pixel's radius. ``left_out`` counts covered pixels left out because they carry no new
-    information, ``copied_share`` is their share of the information where they could not be left
-    out.
+    information.
     """
 
     pixels: Pixels
@@ -192,18 +194,6 @@ class Sample:
     per_turn: Single
     per_px: Single
     left_out: int = 0
-    copied_share: float = 0.0
-
-    def within(self, kept: Mask) -> Sample:
-        """The ``kept`` (pixels,) alone."""
-        by_radius = self.per_px[kept] if self.per_px.size else self.per_px
-        chosen, value, per_turn = self.chosen[kept], self.value[kept], self.per_turn[kept]
-        left_out = self.left_out + self.chosen.size - chosen.size
-        return Sample(self.pixels, chosen, value, per_turn, by_radius, left_out, self.copied_share)
-
-    def grey(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The grey levels of a picture (height, width) at the pixels."""
-        return np.asarray(picture.reshape(-1).take(self.pixels.index.take(self.chosen)))
 
     @property
     def delay(self) -> tuple[float, float]:
@@ -234,67 +224,3 @@ def _mean_delay(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
         worth, first, second = worth + own, first + own * at, second + own * at * at
     mean = first / worth
     return mean, max(second / worth - mean * mean, 0.0)
-
-
-def sample(
-    grid: PolarGrid,
-    coefficients: Single,
-    reach: Single,
-    pixels: Pixels,
-    angle_rad: float,
-    exposure: Exposure = STILL,
-) -> Sample:
-    """Evaluate the cubic spline of a surface turned to ``angle_rad`` at the picture's pixels.
-
-    ``coefficients`` (columns, rows) are those of the spline: pixels come by their angle, so what
-    they need lies together. ``reach`` (columns, rows) are the columns from a cell to the nearest
-    one outside the surface; pixels nearer to it than half the turn during the ``exposure`` are left
-    out.
-    """
-    part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
-    phi, radius = pixels.phi_rad[part], pixels.radius_px[part]
-    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-    chosen = np.empty(phi.size, np.intp)
-    out = np.empty((3, phi.size), np.float32)
-    half = 0.5 * exposure.turn_rad / grid.step_rad
-    motion = exposure.per_delay_rad, exposure.bend_rad
-    delay = pixels.delay[part]
-    count = _spline(coefficients, reach, phi, radius, delay, motion, place, half, chosen, out)
-    chosen[:count] += part.start
-    return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count])
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _spline(  # type: ignore[no-untyped-def]
-    coefficients, reach, phi, radius, delay, motion, place, half, chosen, out
-):
-    """Value and slopes at the pixels well inside; returns how many, their places in ``chosen``."""
-    columns, rows = coefficients.shape
-    origin, per_rad, first, per_px = place
-    count = 0
-    for i in range(phi.size):
-        own = (motion[0] + motion[1] * delay[i]) * delay[i]
-        u = (phi[i] - origin - own) * per_rad
-        v = (radius[i] - first) * per_px
-        if u < 1.0 or v < 1.0 or u >= columns - 2 or v >= rows - 2:
-            continue
-        m, j = int(u), int(v)
-        if reach[int(u + 0.5), int(v + 0.5)] <= half:
-            continue
-        a, d = weights(np.float32(u - m)), slopes(np.float32(u - m))
-        b, e = weights(np.float32(v - j)), slopes(np.float32(v - j))
-        # Along the radius first, with the value's and the slope's weights; then along the angle.
-        total = by_u = by_v = np.float32(0.0)
-        for k in range(4):
-            c = coefficients[m - 1 + k]
-            c0, c1, c2, c3 = c[j - 1], c[j], c[j + 1], c[j + 2]
-            across = b[0] * c0 + b[1] * c1 + b[2] * c2 + b[3] * c3
-            total += a[k] * across
-            by_u += d[k] * across
-            by_v += a[k] * (e[0] * c0 + e[1] * c1 + e[2] * c2 + e[3] * c3)
-        chosen[count] = i
-        out[0, count] = total
-        out[1, count] = -by_u * per_rad
-        out[2, count] = by_v * per_px
-        count += 1
-    return count

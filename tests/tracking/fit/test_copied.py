@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.tracking.fit import Pixels, PolarGrid, Sample, lag, without_copied
+from servosight.tracking.fit import NONE_STALE, Pixels, PolarGrid, Sample, lag, stale
 from servosight.tracking.fit._copied import copied_pixels
 
 SHAPE = (52, 60)  # no whole number of blocks
@@ -34,14 +34,13 @@ def sample() -> Sample:
 
 
 def test_old_pixels_are_left_out_unless_they_are_all_there_is() -> None:
-    whole, copied = sample(), copied_pixels(*pictures())
-    new = without_copied(whole, copied)
-    column = new.pixels.index.take(new.chosen) % SHAPE[1]
-    assert (new.copied_share, new.left_out) == (0.0, whole.chosen.size - new.chosen.size)
-    assert column.min() == 32
-    everything = without_copied(whole, np.ones(SHAPE, bool))
-    assert everything.copied_share == 1.0
-    assert everything.chosen.size == whole.chosen.size
+    copied = copied_pixels(*pictures())
+    old, share = stale(sample, copied)
+    np.testing.assert_array_equal(old, copied.ravel())
+    assert share == 0.0
+    none, share = stale(sample, np.ones(SHAPE, bool))
+    assert (none.size, share) == (0, 1.0)
+    assert stale(sample, None) == (NONE_STALE, 0.0)
 
 
 def test_lag_grows_with_the_turn_since_the_picture_was_new() -> None:

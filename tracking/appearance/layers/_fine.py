@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from servosight.models.core import Image, Mask
-from servosight.tracking.appearance.layers._layers import Layers, RingPixels
+from servosight.tracking.appearance.layers._layers import Layers
 from servosight.tracking.appearance.surface import SurfaceEstimator, likely
 from servosight.tracking.core import Exposure
-from servosight.tracking.fit import AngleFit, Sample, gauss_newton, turn, without_copied
+from servosight.tracking.fit import AngleFit, RingPixels, Sample, gauss_newton, stale, turn
 
 # Blurred layers are cached by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0
@@ -56,11 +56,13 @@ class LayerEstimator:
         columns = exposure.smear_rad / self.layers.grid.step_rad
         model = self.blurred(round(_WIDTHS * np.log1p(columns / _FULL_AT)))
 
-        def at(angle: float) -> Sample:
-            return without_copied(model.at(self.whole, angle, exposure, outwards=True), copied)
+        old, share = stale(lambda: model.at(self.few, angle_rad, exposure), copied)
 
         def roughly(angle: float) -> Sample:
-            return model.at(self.few, angle, exposure)
+            return model.at(self.few, angle, exposure, old)
+
+        def at(angle: float) -> Sample:
+            return model.at(self.whole, angle, exposure, old, outwards=True)
 
         shot = self.layers.shot
         rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.3)
@@ -70,7 +72,7 @@ class LayerEstimator:
         fit = gauss_newton(at, turn, picture, rough.angle_rad, shot, light, least=1)
         if fit is None or not likely(fit, self.layers.correlation):
             return None
-        return replace(fit, in_view=self.layers.in_view(fit.angle_rad))
+        return replace(fit, in_view=self.layers.in_view(fit.angle_rad), copied_share=share)
 
     def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -19,34 +19,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from servosight.models.core import Array, Single
+from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
-from servosight.tracking.fit import Pixels, PolarGrid, Sample
+from servosight.tracking.fit import NONE_STALE, PolarGrid, RingPixels, Sample, runs_of
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover
 _ENOUGH = 300  # cells by which the share of a part in view is computed
-_GAP = 6  # so many unused cells do not divide a run
-
-
-@dataclass(frozen=True)
-class RingPixels:
-    """A picture's pixels sorted by rings about a pivot, one for each lattice row, and by angle.
-
-    ``start`` (rows + 1,) are the rings' places in the table ``pixels``, each twice round.
-    """
-
-    pixels: Pixels
-    start: NDArray[np.intp]
-
-    @classmethod
-    def about(cls, grid: PolarGrid, shape: tuple[int, ...], every: int = 1) -> RingPixels:
-        """The pixels of a picture of ``shape`` (height, width); with ``every`` > 1 a thinning."""
-        table = Pixels.about(grid, shape, every)
-        ring = np.rint((table.radius_px - grid.radius_px) / grid.step_px).astype(np.intp)
-        order = np.argsort(ring, kind="stable")
-        order = order[np.searchsorted(ring[order], 0) :]
-        return cls(table.at(order), np.searchsorted(ring[order], np.arange(grid.rows + 1)))
 
 
 @dataclass(frozen=True)
@@ -102,13 +81,7 @@ class Layers:
     @cached_property
     def _runs(self) -> NDArray[np.intp]:
         """Row, first and last column of the runs of cells in use; (runs, 3)."""
-        wide = np.pad(self.used > 0, ((0, 0), (_GAP, _GAP)))
-        closed = cv2.morphologyEx(
-            wide.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((1, _GAP + 1), np.uint8)
-        )
-        edge = np.diff(closed.astype(np.int8), axis=1, prepend=0, append=0)
-        row, first = np.nonzero(edge > 0)
-        return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
+        return runs_of(self.used > 0)
 
     def smeared(self, columns: float) -> Layers:
         """The same layers with the motion blur of a turn by ``columns`` during the exposure."""
@@ -122,11 +95,13 @@ class Layers:
         )
 
     def at(
-        self, ring_pixels: RingPixels, angle_rad: float, exposure: Exposure, outwards: bool = False
-    ) -> Sample:
+        self, ring_pixels: RingPixels, angle_rad: float, exposure: Exposure,
+        stale: Mask = NONE_STALE, outwards: bool = False,
+    ) -> Sample:  # fmt: skip
         """The model at the pixels with information on the angle, with the surface at an angle.
 
-        The motion blur is in the layers already; ``outwards`` adds the slope along the radius.
+        The motion blur is in the layers already; pixels that are ``stale`` are left out;
+        ``outwards`` adds the slope along the radius.
         """
         grid, pixels = self.grid, ring_pixels.pixels
         lowest = angle_rad + grid.phi_rad - exposure.slack_rad
@@ -136,24 +111,25 @@ class Layers:
         parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
         chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
         out = np.empty((3, chosen.size), np.float32)
-        count = _layered(
+        count, left = _layered(
             self.coefficients, self.used, self.bench.reshape(-1), self._runs, ring_pixels.start,
-            pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index,
+            pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index, stale,
             place, motion, parts, chosen, out,
         )  # fmt: skip
         value, per_turn, per_px = out[:, :count]
         per_px = per_px if outwards else per_px[:0]
-        return Sample(pixels, chosen[:count], value, per_turn, per_px)
+        return Sample(pixels, chosen[:count], value, per_turn, per_px, left)
 
 
 # Not all of fastmath: unknown background is NaN.
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
 def _layered(  # type: ignore[no-untyped-def]
-    coefficients, used, bench, runs, start, phi, radius, delay, index, place, motion, parts,
+    coefficients, used, bench, runs, start, phi, radius, delay, index, stale, place, motion, parts,
     chosen, out,
 ):  # fmt: skip
     """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in use
-    and whose background is known if it is needed; returns their number, places in ``chosen``."""
+    and whose background is known if it is needed, but for stale ones; returns their number, their
+    places in ``chosen``, and the number of stale ones."""
     rows, columns, _ = coefficients.shape
     flat = coefficients.reshape(-1)
     origin, per_rad, first, per_px = place
@@ -162,7 +138,8 @@ def _layered(  # type: ignore[no-untyped-def]
     low, high = np.float32(1.0), np.float32(columns - 2.001)
     zero, half = np.float32(0.0), np.float32(0.5)
     one, stride = np.uint64(1), np.uint64(2 * columns)
-    count = 0
+    some = stale.size > 0
+    count = left = 0
     for run in range(runs.shape[0]):
         ring = runs[run, 0]
         end = start[ring + 1]
@@ -181,6 +158,9 @@ def _layered(  # type: ignore[no-untyped-def]
             # Opaque cells need no background.
             behind = bench[index[here]] if use == SEEN_THROUGH else zero
             if use == 0 or np.isnan(behind):
+                continue
+            if some and stale[index[here]]:
+                left += 1
                 continue
             j = np.int32(v)
             b, e = weights(v - np.float32(j)), slopes(v - np.float32(j))
@@ -206,4 +186,4 @@ def _layered(  # type: ignore[no-untyped-def]
             out[1, count] = slope * per_turn
             out[2, count] = outwards * share * np.float32(per_px)
             count += 1
-    return count
+    return count, left

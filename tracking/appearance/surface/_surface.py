@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import cv2
 import numpy as np
@@ -13,19 +13,23 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.appearance.surface._average import average, spline_of, swept
+from servosight.tracking.appearance.surface._sampled import sampled
 from servosight.tracking.core import STILL, Exposure, smeared, threaded, turning
 from servosight.tracking.fit import (
+    NONE_STALE,
     AngleFit,
     Pixels,
     PolarGrid,
+    RingPixels,
     Sample,
     gauss_newton,
-    sample,
+    runs_of,
     spacing,
     turn_and_shift,
 )
 
 _SPACING_PX = 0.8
+_KEPT_BLURS = 24
 # At the outline the blur mixes surface and background; the model is of the surface alone.
 _MARGIN_PX = 2.5
 _ROUNDS = 5
@@ -58,9 +62,14 @@ class Surface:
         """Centre of rotation, x and y."""
         return self.grid.pivot_px
 
-    def pixels(self, shape: tuple[int, ...], every: int = 1) -> Pixels:
+    def pixels(self, shape: tuple[int, ...], every: int = 1) -> RingPixels:
         """The table of a picture's pixels that this surface can cover."""
-        return Pixels.about(self.grid, shape, every)
+        return RingPixels.about(self.grid, shape, every)
+
+    @cached_property
+    def runs(self) -> NDArray[np.intp]:
+        """Row, first and last column of the runs of its cells; (runs, 3)."""
+        return runs_of(self.reach.T > 0)
 
     @cached_property
     def cells(self) -> Single:
@@ -85,7 +94,12 @@ class Surface:
 
     def few_pixels(self, shape: tuple[int, ...]) -> Pixels:
         """A table of few pixels: enough to find the surface."""
-        return self.pixels(shape, 1 + int(self.area_px(0.0) / _FEW_PIXELS))
+        return Pixels.about(self.grid, shape, self.few)
+
+    @property
+    def few(self) -> int:
+        """One of so many pixels is enough to find the surface."""
+        return 1 + int(self.area_px(0.0) / _FEW_PIXELS)
 
     @property
     def thinning(self) -> int:
@@ -102,8 +116,14 @@ class Surface:
     def blurred(self, smear_rad: float) -> BlurredSurface:
         """The same surface with the motion blur of a turn by ``smear_rad`` during the exposure."""
         columns = abs(smear_rad) / self.grid.step_rad
-        coefficients = self.coefficients if columns < 0.2 else smeared(self.coefficients, columns)
+        coefficients = self.coefficients if columns < 0.2 else self._smeared(columns)
         return BlurredSurface(self, coefficients, columns)
+
+    @cached_property
+    def _smeared(self) -> Callable[[float], Single]:
+        """The spline with a blur [columns]: a few are kept, as frames are fitted again with
+        another shear."""
+        return lru_cache(_KEPT_BLURS)(partial(smeared, self.coefficients))
 
 
 @dataclass(frozen=True)
@@ -114,10 +134,16 @@ class BlurredSurface:
     coefficients: Single
     columns: float
 
-    def at(self, pixels: Pixels, angle_rad: float, exposure: Exposure = STILL) -> Sample:
-        """The model at the pixels that the surface covers with certainty at this angle."""
-        surface = self.surface
-        return sample(surface.grid, self.coefficients, surface.reach, pixels, angle_rad, exposure)
+    def at(
+        self, pixels: RingPixels, angle_rad: float, exposure: Exposure = STILL,
+        stale: Mask = NONE_STALE,
+    ) -> Sample:  # fmt: skip
+        """The model at the pixels that the surface covers with certainty at this angle, without
+        those that are ``stale``."""
+        own = self.surface
+        return sampled(
+            own.grid, self.coefficients, own.reach, own.runs, pixels, angle_rad, exposure, stale
+        )
 
 
 def lattice(

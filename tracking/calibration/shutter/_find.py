@@ -33,6 +33,7 @@ _PACE_PX = (
     24.0,
 )  # at the tip, from frame to frame: less holds no information, more cannot be tracked
 _THINNED = 4  # at first, of the pixels
+_EXACT = 0.5  # of its sigma: an angle off by so much leaves hardly more
 _SURE = 0.05  # of the frame time: so well none is known whatever shears the pictures at any speed
 
 
@@ -79,6 +80,7 @@ def find_shutter(
             [rectified(one.seen.frame.image) for one in slow],
             np.array([one.seen.angle_rad for one in slow]),
         ),
+        exact=_EXACT,
     )
     fast = [fast[n] for n in faster(np.array([one.speed for one in fast]), learnt)]
     rough = still.thinned(_THINNED)

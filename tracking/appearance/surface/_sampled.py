@@ -1,0 +1,89 @@
+"""The spline of a learnt surface at the pixels of a picture that it covers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from servosight.models.core import Mask, Single
+from servosight.tracking.core import Exposure, slopes, weights
+from servosight.tracking.fit import PolarGrid, RingPixels, Sample
+
+
+def sampled(
+    grid: PolarGrid, coefficients: Single, reach: Single, runs: NDArray[np.intp],
+    ring_pixels: RingPixels, angle_rad: float, exposure: Exposure, stale: Mask,
+) -> Sample:  # fmt: skip
+    """Evaluate the cubic spline of a surface turned to ``angle_rad`` at the picture's pixels.
+
+    ``coefficients`` (columns, rows) are those of the spline. ``reach`` (columns, rows) are the
+    columns from a cell to the nearest one outside the surface, ``runs`` (runs, 3) the stretches of
+    rows in which it is not 0; pixels nearer to it than half the turn during the ``exposure`` are
+    left out, and so are those that are ``stale``, by their place in the flattened picture.
+    """
+    pixels = ring_pixels.pixels
+    lowest = angle_rad + grid.phi_rad - exposure.slack_rad
+    turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+    half = 0.5 * exposure.turn_rad / grid.step_rad
+    chosen = np.empty(pixels.index.size // 2 + 1, np.intp)
+    out = np.empty((3, chosen.size), np.float32)
+    count, left = _sampled(
+        coefficients, reach, runs, ring_pixels.start, pixels.phi_rad, pixels.radius_px,
+        pixels.delay, pixels.index, stale, motion, place, half, chosen, out,
+    )  # fmt: skip
+    return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count], left)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _sampled(  # type: ignore[no-untyped-def]
+    coefficients, reach, runs, start, phi, radius, delay, index, stale, motion, place, half, chosen,
+    out,
+):  # fmt: skip
+    """Value and slopes at the pixels well inside that are not stale; returns how many, their places
+    in ``chosen``, and how many are stale."""
+    columns, rows = coefficients.shape
+    origin, per_rad, first, per_px = place
+    # Unsigned: for signed indices numba tests for wrap-around.
+    flat, stride = coefficients.reshape(-1), np.uint64(rows)
+    one, two, three = np.uint64(1), np.uint64(2), np.uint64(3)
+    some = stale.size > 0
+    count = left = 0
+    for run in range(runs.shape[0]):
+        ring = runs[run, 0]
+        end = start[ring + 1]
+        begins = origin + (runs[run, 1] - 0.5) / per_rad - motion[2]
+        ends = origin + (runs[run, 2] + 0.5) / per_rad + motion[2]
+        i = start[ring] + np.searchsorted(phi[start[ring] : end], begins)
+        while i < end and phi[i] < ends and count < chosen.size:
+            here = i
+            i += 1
+            own = (motion[0] + motion[1] * delay[here]) * delay[here]
+            u = (phi[here] - origin - own) * per_rad
+            v = (radius[here] - first) * per_px
+            if not ((u >= 1.0) & (v >= 1.0) & (u < columns - 2) & (v < rows - 2)):
+                continue
+            if reach[int(u + 0.5), ring] <= half:
+                continue
+            if some and stale[index[here]]:
+                left += 1
+                continue
+            m, j = int(u), int(v)
+            a, d = weights(np.float32(u - m)), slopes(np.float32(u - m))
+            b, e = weights(np.float32(v - j)), slopes(np.float32(v - j))
+            # Along the angle first, for all four rows at once; then along the radius.
+            at = np.uint64((m - 1) * rows + j - 1)
+            p0 = p1 = p2 = p3 = q0 = q1 = q2 = q3 = np.float32(0.0)
+            for k in range(4):
+                c0, c1, c2, c3 = flat[at], flat[at + one], flat[at + two], flat[at + three]
+                at += stride
+                p0, p1, p2, p3 = p0 + a[k] * c0, p1 + a[k] * c1, p2 + a[k] * c2, p3 + a[k] * c3
+                q0, q1, q2, q3 = q0 + d[k] * c0, q1 + d[k] * c1, q2 + d[k] * c2, q3 + d[k] * c3
+            chosen[count] = here
+            out[0, count] = b[0] * p0 + b[1] * p1 + b[2] * p2 + b[3] * p3
+            out[1, count] = -per_rad * (b[0] * q0 + b[1] * q1 + b[2] * q2 + b[3] * q3)
+            out[2, count] = per_px * (e[0] * p0 + e[1] * p1 + e[2] * p2 + e[3] * p3)
+            count += 1
+    return count, left
