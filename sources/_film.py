@@ -213,7 +213,7 @@ def measured(
         other = track_film(film, beside, second_part)
     except TrackRefused as refused:
         sentence = f"{str(refused).rstrip('.')}; this is of the second part, the first is measured."
-        raise TrackRefused(sentence, refused.picture, refused.measured) from refused
+        raise TrackRefused(sentence, refused.draw, refused.measured) from refused
     pointed = second.pivot is not None or second.template is not None
     yield list(linked(first, other, film, given=pointed))
 

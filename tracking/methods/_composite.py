@@ -159,7 +159,7 @@ def more_telling(refused: TrackRefused, again: TrackRefused) -> TrackRefused:
             return surer(refused, again)
         if beside(refused.rough, again.rough):
             return refused
-        return TrackRefused(str(refused), refused.picture, measured=True)
+        return TrackRefused(str(refused), refused.draw, measured=True)
     better = again.rough is not None if refused.measured else again.uncertain
     return again if better and refused.rough is None else refused
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def track_of(
         raise TrackRefused(
             f"{film.path}: the part was found in none of {len(fits)} frames; expected it in most "
             f"of them, {POINT}.",
-            refusal_picture(film.images),
+            partial(refusal_picture, film.images),
         )
     angle = np.full(len(fits), np.nan)
     angle[found] = np.unwrap([fit.angle_rad for fit in fits if fit is not None])

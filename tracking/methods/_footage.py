@@ -105,7 +105,7 @@ class Footage:
             raise TrackRefused(
                 f"{film.path}: the camera rests for too short a time; expected half a second at "
                 "least in which it stays in place, cut the video or mount the camera.",
-                refusal_picture(film.images),
+                partial(refusal_picture, film.images),
             )
         if window is not None:
             stabilised = replace(stabilised, origin_px=(window.x, window.y))
@@ -183,7 +183,7 @@ class Footage:
                 f"{self.film.path}: the part that may turn about {seen.pivot_px[0]:.0f},"
                 f"{seen.pivot_px[1]:.0f} explains only {share:.0%} of what changes; expected "
                 f"{self.least_explained:.0%} at least, as of a part in full view, {POINT}.",
-                self._drawn([seen]),
+                partial(self._drawn, [seen]),
                 found=True,
             )
         first, last = self.stabilised.near
@@ -251,14 +251,14 @@ class Footage:
         x, y = track.pivot_px
         sentence = f"{self.film.path}: the part about {x:.0f},{y:.0f} {why}, {POINT}."
         if why is not None and not rough:
-            raise TrackRefused(sentence, draw(), measured=True, uncertain=by_sigma and not leap)
+            raise TrackRefused(sentence, draw, measured=True, uncertain=by_sigma and not leap)
         if view is not None:
             view = view.as_doubtful(float(np.deg2rad(self.tilt.doubt_deg)))
             pivot_px = self.stabilised.in_video(view.pivot_px)
             track = along_axis(track, view, angle_rad, pivot_px)
         track = with_total_sigma(at_mid_exposure(track, self.film, meter, stamps_s, fits))
         if why is not None:
-            raise TrackRefused(sentence, draw(), measured=True, uncertain=True, rough=track)
+            raise TrackRefused(sentence, draw, measured=True, uncertain=True, rough=track)
         return track
 
     def _frames(self) -> Iterator[Frame]:
@@ -283,7 +283,7 @@ class Footage:
                 f"turns in full view, {POINT}"
             )
         seen = [SeenPart(self.candidate(part).pivot_px, self._outline(part)) for part in parts]
-        return TrackRefused(f"{self.film.path}: {why}.", self._drawn(seen))
+        return TrackRefused(f"{self.film.path}: {why}.", partial(self._drawn, seen))
 
     def candidate(self, part: FoundPart) -> Candidate:
         """A part that was found, in the video's own pixels."""

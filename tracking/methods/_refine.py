@@ -85,7 +85,7 @@ def _surer(
             f"{film.path}: the part about {x:.0f},{y:.0f} {why}, film it larger, sharper or with "
             f"more light, {POINT}."
         )
-        raise TrackRefused(sentence, again.picture, measured=True) from again
+        raise TrackRefused(sentence, again.draw, measured=True) from again
 
 
 def _farther(refused: TrackRefused, again: TrackRefused, pointed: bool) -> TrackRefused:
@@ -94,7 +94,7 @@ def _farther(refused: TrackRefused, again: TrackRefused, pointed: bool) -> Track
     where the user pointed at a place, of which it speaks."""
     if again.found or (pointed and not refused.found):
         return again
-    return refused if refused.found else TrackRefused(str(refused), again.picture)
+    return refused if refused.found else TrackRefused(str(refused), again.draw)
 
 
 def _of_a_piece(part: TrackedPart, options: TrackOptions) -> bool:

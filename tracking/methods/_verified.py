@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 
 import cv2
 import numpy as np
@@ -32,7 +33,7 @@ def refused_with_picture(film: Film) -> Iterator[None]:
     except TrackRefused:
         raise
     except InputError as error:
-        raise TrackRefused(str(error), refusal_picture(film.images)) from error
+        raise TrackRefused(str(error), partial(refusal_picture, film.images)) from error
 
 
 def verify(
@@ -78,7 +79,7 @@ def verify(
     raise TrackRefused(
         f"{film.path}: the frames do not confirm the motion found about the pivot "
         f"{x:.0f},{y:.0f}: {why}; expected a part that turns in full view, {POINT}.",
-        draw() if draw is not None else refusal_picture(film.images, [seen]),
+        draw or partial(refusal_picture, film.images, [seen]),
         found=True,
     )
 

@@ -9,6 +9,7 @@ from servosight.tracking.verification._sample import small as small
 from servosight.tracking.verification._scene import TurningScene as TurningScene
 from servosight.tracking.verification._turning import Gains as Gains
 from servosight.tracking.verification._turning import PolarView as PolarView
+from servosight.tracking.verification._turning import grown_round as grown_round
 from servosight.tracking.verification._turning import rows_of as rows_of
 from servosight.tracking.verification._verify import Evidence as Evidence
 from servosight.tracking.verification._verify import VerificationLimits as VerificationLimits

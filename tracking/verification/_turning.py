@@ -11,10 +11,11 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import fft
 
-from servosight.models.core import Array, Single
+from servosight.models.core import Array, Mask, Single
 
 
 @dataclass(frozen=True)
@@ -100,16 +101,10 @@ class Gains:
     ) -> Gains:  # fmt: skip
         """Of pictures (pictures, rows, columns) over a background (rows, columns), both whole."""
         seen, behind = seen[:, rows], behind[rows]
-        known = np.isfinite(behind) & np.isfinite(seen).all(0)
-        weight: Single = np.where(known, view.radius_px[rows, None], 0.0).astype(np.float32)
-        still, frames = np.where(known, behind, np.float32(0)), np.where(known, seen, np.float32(0))
-        return cls(
-            view.columns,
-            rows,
-            _spectrum(weight),
-            _spectrum(weight * still * (still - 2.0 * frames)),
-            _spectrum(2.0 * weight * frames),
-        )
+        weight = np.empty(behind.shape, np.float32)
+        square, double = np.empty(seen.shape, np.float32), np.empty(seen.shape, np.float32)
+        _prepare(seen, behind, view.radius_px[rows].astype(np.float32), weight, square, double)
+        return cls(view.columns, rows, _spectrum(weight), _spectrum(square), _spectrum(double))
 
     def by(self, part: Single, cover: Single) -> Array:
         """By how much a part (rows, columns) explains each picture better than the background does,
@@ -124,6 +119,19 @@ class Gains:
         return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
 
 
+def grown_round(shape: Mask, cells: int) -> Mask:
+    """A shape (rows, columns) with so many cells more about it, its columns going round.
+
+    >>> grown_round(np.array([[1, 0, 0, 0], [0, 0, 0, 0]]) > 0, 1).astype(int).tolist()
+    [[1, 1, 0, 1], [1, 0, 0, 0]]
+    """
+    beside = min(cells, shape.shape[1])
+    wide = cv2.copyMakeBorder(shape.astype(np.uint8), 0, 0, beside, beside, cv2.BORDER_WRAP)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    grown = cv2.dilate(wide, cross, iterations=cells)
+    return np.asarray(grown[:, beside : beside + shape.shape[1]]) > 0
+
+
 def rows_of(cover: Single) -> slice:
     """The rows of a shape (rows, columns) from the first to the last one that has any of it.
 
@@ -132,6 +140,28 @@ def rows_of(cover: Single) -> slice:
     """
     rows = np.flatnonzero(cover.any(1))
     return slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else slice(0, 1)
+
+
+@njit(cache=True, nogil=True)
+def _prepare(seen, behind, radius, weight, square, double):  # type: ignore[no-untyped-def]
+    """Fill what ``Gains`` has the spectra of: the weight of each cell, zero where not all is known;
+    and what a part adds to the squares in each picture, where it is seen through and by its grey
+    levels."""
+    zero, two = np.float32(0.0), np.float32(2.0)
+    for row in range(len(radius)):
+        still, own = behind[row], weight[row]
+        for column in range(still.size):
+            own[column] = radius[row] if np.isfinite(still[column]) else zero
+        for n in range(len(seen)):
+            for column in range(still.size):
+                own[column] = own[column] if np.isfinite(seen[n, row, column]) else zero
+        for n in range(len(seen)):
+            for column in range(still.size):
+                known = own[column] > zero
+                usual = still[column] if known else zero
+                grey = seen[n, row, column] if known else zero
+                square[n, row, column] = own[column] * usual * (usual - two * grey)
+                double[n, row, column] = two * own[column] * grey
 
 
 def _spectrum(values: Array | Single) -> NDArray[np.complex64]:

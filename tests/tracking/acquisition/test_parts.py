@@ -216,7 +216,7 @@ def test_a_second_part_that_is_not_found_leaves_the_first(
     def tracked(film: Any, options: TrackOptions, progress: Any = None) -> Track:
         if options.beside is None:
             return fin
-        raise TrackRefused(f"{film.path}: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+        raise TrackRefused(f"{film.path}: nothing turns.", lambda: np.zeros((4, 4, 3), np.uint8))
 
     opened = SimpleNamespace(path=tmp_path / "video.mkv")
     monkeypatch.setattr("servosight.tracking.video.open_film", lambda video, options: opened)

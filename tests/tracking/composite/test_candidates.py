@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,7 +15,7 @@ from servosight.tracking.methods._composite import instead, more_telling
 from servosight.tracking.methods._composite import surer as surer_of
 from servosight.tracking.methods._footage import Footage
 
-PICTURE = np.zeros((4, 4, 3), np.uint8)
+PICTURE = partial(np.zeros, (4, 4, 3), np.uint8)
 SHARES = (0.5, 0.45, 0.2)  # of the change that the parts explain about a rough pivot
 
 

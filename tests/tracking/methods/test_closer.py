@@ -73,7 +73,7 @@ def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
     uncertain: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Not one that does not turn about a point: in larger pictures it may pass by chance."""
-    refusal = TrackRefused("no.", np.zeros((2, 2, 3), np.uint8), True, uncertain)
+    refusal = TrackRefused("no.", lambda: np.zeros((2, 2, 3), np.uint8), True, uncertain)
     tried = []
 
     def measured(*_: object) -> None:

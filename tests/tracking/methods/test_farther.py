@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from servosight.tracking.core import TrackRefused
 from servosight.tracking.methods._refine import _farther
 
-PICTURE = np.zeros((4, 4, 3), np.uint8)
+PICTURE = partial(np.zeros, (4, 4, 3), np.uint8)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -26,7 +27,7 @@ FRAMES, RATE_HZ = 54, 30.0
 BAR = np.array([[-40.0, -5.0], [60.0, -3.0], [60.0, 3.0], [-40.0, 5.0]])
 ANGLE_DEG = np.repeat([0.0, 27.0, 12.0, 21.0, 3.0, 30.0], 9)
 OPTIONS = TrackOptions(exposure_s=0.0, readout_s=0.0)
-PICTURE = np.zeros((8, 8), np.uint8)
+PICTURE = partial(np.zeros, (8, 8), np.uint8)
 REFUSED = TrackRefused("in whole pictures", PICTURE)
 
 

@@ -31,7 +31,7 @@ ROUGH = replace(
 )
 SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 GREY = [np.full((80, 200), 100, np.uint8)] * 9
-REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+REFUSED = TrackRefused("fin.mp4: nothing turns.", lambda: np.zeros((4, 4, 3), np.uint8))
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,10 @@ def test_where_both_methods_refuse_the_sentence_that_names_a_part_is_shown(
 ) -> None:
     """With the picture of the same method; of the composite one, which shows more, if none does."""
     one, other = (np.full((4, 4, 3), grey, np.uint8) for grey in (0, 1))
-    refusals = TrackRefused("first", one, **first), TrackRefused("second", other, **second)
+    refusals = (
+        TrackRefused("first", lambda: one, **first),
+        TrackRefused("second", lambda: other, **second),
+    )
     with pytest.raises(TrackRefused, match=shown) as raised:
         refined(monkeypatch, *refusals)
     named = one if first and not second else other

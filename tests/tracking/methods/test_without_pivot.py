@@ -25,7 +25,7 @@ SURE = replace(ROUGH, sigma_deg=ROUGH.sigma_deg / 3.0)
 ROUGHER = replace(ROUGH, sigma_deg=2.0 * ROUGH.sigma_deg)
 ELSEWHERE = replace(SURE, pivot_px=(90.0, 40.0))
 TILTED = replace(ROUGH, shared_deg=0.99 * ROUGH.sigma_deg[:, None])
-REFUSED = TrackRefused("fin.mp4: nothing turns.", np.zeros((4, 4, 3), np.uint8))
+REFUSED = TrackRefused("fin.mp4: nothing turns.", lambda: np.zeros((4, 4, 3), np.uint8))
 
 
 def returned(

@@ -16,11 +16,11 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Index, known_median, threaded
-from servosight.tracking.verification import PolarView
+from servosight.tracking.verification import PolarView, grown_round
 
-_GROW_PX = 3.0
+_GROW = 3  # cells
 _EDGE_PX = 1.0
-_BESIDE_PX = 5  # a shadow
+_BESIDE = 5  # cells: a shadow
 _MATTED, _LEAST_NOISE, _COVER_SIGMA = 3, 1.0, 0.3
 
 
@@ -53,8 +53,7 @@ class PartRaster:
         """
         tiled = cv2.GaussianBlur(np.tile(cover, (1, 3)), (0, 0), _EDGE_PX)
         soft = np.asarray(tiled[:, view.columns : 2 * view.columns], np.float32)
-        grown = ndimage.binary_dilation(np.tile(cover > 0.5, (1, 3)), iterations=int(_GROW_PX))
-        near = grown[:, view.columns : 2 * view.columns]
+        near = grown_round(cover > 0.5, _GROW)
         usual = known_median(pictures) if usual is None else usual
         behind = _background(pictures, angle_rad, view, near, usual)
         level, shown = _levels(pictures, angle_rad, view, soft, near, behind)
@@ -74,8 +73,7 @@ class PartRaster:
         least squares over pictures in which what is behind differs. What a shape that is a pixel
         too wide counts as the part, and a shadow, are so transparent as they are.
         """
-        wide = ndimage.binary_dilation(np.tile(self.near, (1, 3)), iterations=_BESIDE_PX)
-        near = wide[:, self.view.columns : 2 * self.view.columns]
+        near = grown_round(self.near, _BESIDE)
         rows, columns = np.nonzero(near)
         seen, still = _seen(pictures, angle_rad, self.view, (rows, columns), self.behind)
         shown = (np.isfinite(seen) & np.isfinite(still)).any(0)
@@ -158,8 +156,7 @@ def _levels(
     """The part's grey levels times its cover ``soft``, and where it is shown at all; (rows,
     columns) each, zero away from the cells ``near`` it and their neighbours, on which slopes
     depend."""
-    wide = ndimage.binary_dilation(np.tile(near, (1, 3)))[:, view.columns : 2 * view.columns]
-    rows, columns = np.nonzero(wide)
+    rows, columns = np.nonzero(grown_round(near, 1))
     seen, still = _seen(pictures, angle_rad, view, (rows, columns), behind)
     clear = 1.0 - soft[rows, columns]
     left = seen - clear * np.where(np.isfinite(still), still, seen)

@@ -15,6 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite.parts._turned_back import misfits, turned_back, without_part
 from servosight.tracking.core import known_median, threaded
 from servosight.tracking.verification import Gains, PolarView, rows_of
 
@@ -23,6 +24,7 @@ _MOVED_SHARE = 0.04  # of the pictures in which a place must change
 _REFERENCES = (0.5, 0.75, 0.95)  # quantiles of the change
 _PIECE_SHARE = 0.1  # of a reference's change
 _JOINED_PX = 3
+_CLOSED = 3  # cells
 _ROUNDS = 4
 _OWN_SHARE = 0.5
 # Of the pictures: by fewer, as of a place that is hardly ever in view, anything seems to turn.
@@ -204,20 +206,13 @@ def learnt(
         good = gain.max(1) > 0.0
         if good.sum() < 5:
             return None
-        back = np.stack(
-            [np.roll(s, -t, axis=1) for s, t in zip(seen[good], turns[good], strict=True)]
-        )
-        thick = cv2.dilate(np.tile(cover, (1, 3)), np.ones((5, 5)))[
-            :, view.columns : 2 * view.columns
-        ]
-        on = np.stack([np.roll(thick, t, axis=1) for t in turns]) > 0.3
-        behind = known_median(np.where(on, np.float32(np.nan), seen), least=2)
-        part = known_median(back, least=2)
-        own = _local(_nanmean((back - part) ** 2))
-        still = np.stack([np.roll(behind, -t, axis=1) for t in turns[good]])
-        against = _local(_nanmean((back - still) ** 2))
-        often = np.isfinite(back).mean(0) > _KNOWN_SHARE
-        cover = _shape(own, np.where(often, against, np.nan), change.noise, view)
+        wide = cv2.copyMakeBorder(cover, 0, 0, 2, 2, cv2.BORDER_WRAP)
+        thick = cv2.dilate(wide, np.ones((5, 5)))[:, 2:-2] > 0.3
+        behind = known_median(without_part(seen, thick, turns), least=2)
+        part = known_median(turned_back(seen[good], turns[good]), least=2)
+        own, against, share = misfits(seen[good], turns[good], part, behind)
+        against = np.where(share > _KNOWN_SHARE, _local(against), np.float32(np.nan))
+        cover = _shape(_local(own), against, change.noise, view)
         if not cover.any():
             return None
         gains = Gains.of(view, seen, behind, rows_of(cover))
@@ -228,33 +223,33 @@ def learnt(
 
 def _shape(own: Single, against: Single, noise: float, view: PolarView) -> Single:
     """1 on cells that turn with the part rather than stay with the background; largest piece."""
-    never = np.isnan(against)
-    turns = np.where(never, False, (own < _OWN_SHARE * against) & (against > 9.0 * noise**2 + 16.0))
-    tiled = ndimage.binary_closing(np.tile(turns, (1, 3)), iterations=3)
-    labels, count = ndimage.label(
-        tiled[:, view.columns // 2 : view.columns // 2 + 2 * view.columns]
+    turns = (own < _OWN_SHARE * against) & (against > 9.0 * noise**2 + 16.0)  # not where NaN
+    tiled = np.tile(turns.astype(np.uint8), (1, 3))
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    grown = cv2.dilate(tiled, cross, iterations=_CLOSED, borderType=cv2.BORDER_CONSTANT)
+    closed = cv2.erode(
+        grown, cross, iterations=_CLOSED, borderType=cv2.BORDER_CONSTANT, borderValue=0
     )
-    if count == 0:
+    first = view.columns // 2
+    twice = np.ascontiguousarray(closed[:, first : first + 2 * view.columns])
+    count, labels = cv2.connectedComponents(twice, connectivity=4)
+    if count == 1:
         return np.zeros(own.shape, np.float32)
     # Rounded, so that a piece counts once although the raster is shown twice.
     area = np.broadcast_to(view.radius_px[:, None], labels.shape)
-    sizes = ndimage.sum_labels(area, labels, np.arange(1, count + 1))
-    kept = np.isin(labels, 1 + np.flatnonzero(sizes > 0.25 * sizes.max()))
-    first = view.columns // 2
+    sizes = np.bincount(labels.ravel(), area.ravel())
+    sizes[0] = 0.0
+    kept = (sizes > 0.25 * sizes.max())[labels]
     whole = kept[:, : view.columns] | kept[:, view.columns :]
     return np.asarray(np.roll(whole, first, axis=1), np.float32)
 
 
-def _local(values: Array | Single) -> Single:
+def _local(values: Single) -> Single:
+    """Means over 3 x 3 cells, the columns going round; NaN where less than a third is known."""
     known = np.isfinite(values)
-    mode = ("nearest", "wrap")
-    total = ndimage.uniform_filter(np.where(known, values, 0.0), 3, mode=mode)
-    share = ndimage.uniform_filter(known.astype(np.float32), 3, mode=mode)
-    return np.asarray(np.where(share > 0.3, total / np.maximum(share, 0.3), np.nan), np.float32)
-
-
-def _nanmean(stack: Single) -> Single:
-    known = np.isfinite(stack)
-    count = known.sum(0)
-    total = np.where(known, stack, 0.0).sum(0)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan), np.float32)
+    pair = np.dstack([np.where(known, values, np.float32(0.0)), known.astype(np.float32)])
+    round_ = cv2.copyMakeBorder(pair, 0, 0, 1, 1, cv2.BORDER_WRAP)
+    mean = cv2.blur(round_, (3, 3), borderType=cv2.BORDER_REPLICATE)[:, 1:-1]
+    total, share = mean[..., 0], mean[..., 1]
+    least = np.float32(0.3)
+    return np.where(share > least, total / np.maximum(share, least), np.float32(np.nan))
