@@ -47,13 +47,15 @@ class PolarView:
         """Of each row; (rows,)."""
         return np.asarray((np.arange(self.rows) + 0.5) * self.step_px)
 
-    def of(self, picture: Single, angle_rad: float = 0.0, nearest: bool = False) -> Single:
-        """A picture on the raster turned by an angle; NaN outside the picture. (rows, columns)"""
+    def of(
+        self, picture: Single, angle_rad: float = 0.0, nearest: bool = False,
+        outside: float = np.nan,
+    ) -> Single:  # fmt: skip
+        """A picture on the raster turned by an angle, and what lies ``outside`` of the picture;
+        (rows, columns)."""
         x, y = self._places(angle_rad) if angle_rad else self._unturned
         how = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
-        seen = cv2.remap(
-            picture, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=float("nan")
-        )
+        seen = cv2.remap(picture, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=outside)
         return np.asarray(seen, np.float32)
 
     @cached_property
@@ -110,9 +112,9 @@ class Gains:
         """By how much a part (rows, columns) explains each picture better than the background does,
         at ``PolarView.angles``; (pictures, columns)."""
         part, cover = part[self.rows], cover[self.rows]
-        on = np.where(np.isfinite(part), cover, np.float32(0)).astype(np.float32)
-        inner = rows_of(on)
-        on, picture = on[inner], np.nan_to_num(part)[inner]
+        inner = rows_of(cover)
+        part, known = part[inner], np.isfinite(part[inner])
+        on, picture = (np.where(known, one, np.float32(0)) for one in (cover[inner], part))
         total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
         total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
         total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)

@@ -154,14 +154,18 @@ def pivot_scores(
         view = PolarView.around((float(pivot[0]), float(pivot[1])), reach_px)
         seen = np.stack([view.of(picture) for picture in pictures])
         gains = Gains.of(view, seen, view.of(change.usual))
-        return [_explained_by(one, view, gains, change) for one in references]
+        return [_explained_by(one, view, seen, gains, change) for one in references]
 
     return np.array(threaded(about, list(pivots))).reshape(len(pivots), len(references))
 
 
-def _explained_by(one: Reference, view: PolarView, gains: Gains, change: Change) -> float:
-    """Mean share of the pictures' change that a turn of the reference explains."""
-    best = gains.by(view.of(one.picture), np.nan_to_num(view.of(one.cover))).max(1)
+def _explained_by(
+    one: Reference, view: PolarView, seen: Single, gains: Gains, change: Change
+) -> float:
+    """Mean share of the change that a turn of the reference explains in pictures ``seen`` on the
+    raster (n, rows, columns)."""
+    picture = view.of(one.picture) if one.number is None else seen[one.number]
+    best = gains.by(picture, view.of(one.cover, outside=0.0)).max(1)
     share = _share(best, view, change)
     if one.number is not None:
         share[one.number] = 0.0
@@ -196,8 +200,8 @@ def learnt(
     seen = np.stack([view.of(picture) for picture in pictures])
     behind = view.of(change.usual)
     gains = Gains.of(view, seen, behind)
-    start = max(references, key=lambda one: _explained_by(one, view, gains, change))
-    part, cover = view.of(start.picture), np.nan_to_num(view.of(start.cover))
+    start = max(references, key=lambda one: _explained_by(one, view, seen, gains, change))
+    part, cover = view.of(start.picture), view.of(start.cover, outside=0.0)
     angles = view.angles()
     for _ in range(_ROUNDS):
         gain = gains.by(part, cover)
