@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
+from servosight.diagnose.selection._ordinary import shapes
 from servosight.diagnose.selection._steps import Selected, Step, new_in, step_to
 from servosight.diagnose.selection.trials import ModelSelection, Trial
 
@@ -21,7 +22,7 @@ def shown_together(
     """
     base, best = first.steps[0].trial, first.singles[0]
     price = criterion.price_as_ordinary
-    for chain in sorted(_chains(first, models), key=lambda one: price(one[-1].score)):
+    for chain in sorted(_chains(first, models, criterion), key=lambda one: price(one[-1].score)):
         last, before = chain[-1].score, [base, *chain[:-1]]
         rivals = [one.score for one in (*before, best)]
         cheaper = criterion.clearly_cheaper(price(last), price(best.score))
@@ -30,19 +31,39 @@ def shown_together(
     return []
 
 
-def _chains(first: Selected, models: ModelSelection) -> Iterator[list[Trial]]:
-    """The models from the first one on to each with effects that are declared to show together."""
+def _chains(
+    first: Selected, models: ModelSelection, criterion: AcceptanceCriterion
+) -> Iterator[list[Trial]]:
+    """The models from the first one on to each with effects that are declared to show together.
+
+    Behind the cheapest single effect as well if that limits how the command moves: with a command
+    of another shape none of them shows.
+    """
     base = first.steps[0].trial
-    able = models.candidates(base)
+    best = min(first.singles, key=lambda one: criterion.price(one.score))
     known = {new_in(trial, base): trial for trial in first.singles}
+    for chain in _behind([base], known, models):
+        yield chain[1:]
+    richer = shapes(criterion.policy.ordinary, models.catalogue)
+    if new_in(best, base) in {*richer, *richer.values()}:
+        for chain in _behind([base, best], {}, models):
+            yield chain[1:]
+
+
+def _behind(
+    begun: list[Trial], known: Mapping[str, Trial], models: ModelSelection
+) -> Iterator[list[Trial]]:
+    """Models with effects more that are declared to show together, behind the last of some;
+    ``known`` are those with one more."""
+    able = models.candidates(begun[-1])
     for name in able:
         partners = [one for one in models.catalogue[name].together_with if one in able]
         for count in range(1, len(partners) + 1):
-            chain = [base]
+            chain = begun
             for added in (*partners[:count][::-1], name):
-                trial = known.get(added) if len(chain) == 1 else None
-                chain.append(trial or _extended(models, chain[-1], added))
-            yield chain[1:]
+                trial = known.get(added) if len(chain) == len(begun) else None
+                chain = [*chain, trial or _extended(models, chain[-1], added)]
+            yield chain
 
 
 def _extended(models: ModelSelection, base: Trial, name: str) -> Trial:
