@@ -105,3 +105,11 @@ def test_friction_is_named_that_an_integral_hides(twin: Any) -> None:
     recording, truth = twin("coulomb_friction", "integral_action")
     found = diagnose([recording], catalogue=catalogue(), auto=True)
     assert_explained(found, {"coulomb_friction", "integral_action"}, truth)
+
+
+def test_both_are_named_behind_a_motion_profile(twin: Any) -> None:
+    """Beside the linear model neither friction nor the integral shows, nor both."""
+    hidden = ("motion_profile", "coulomb_friction", "integral_action")
+    recording, truth = twin(*hidden)
+    found = diagnose([recording], catalogue=catalogue(), auto=True)
+    assert_explained(found, set(hidden), truth)
