@@ -18,6 +18,8 @@ from servosight.tracking.fit._polar import Sample as Sample
 from servosight.tracking.fit._polar import spacing as spacing
 from servosight.tracking.fit._rings import RingPixels as RingPixels
 from servosight.tracking.fit._rings import runs_of as runs_of
+from servosight.tracking.fit._rings import stretch as stretch
+from servosight.tracking.fit._rings import turned_lattice as turned_lattice
 from servosight.tracking.fit._rotation_axis import PIVOT as PIVOT
 from servosight.tracking.fit._rotation_axis import PLANE as PLANE
 from servosight.tracking.fit._rotation_axis import PoseSensitivity as PoseSensitivity

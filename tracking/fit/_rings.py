@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Mask
+from servosight.tracking.core import Exposure
 from servosight.tracking.fit._polar import Pixels, PolarGrid
 
 _GAP = 6  # so many unused cells do not divide a run
@@ -48,3 +50,26 @@ def runs_of(used: Mask) -> NDArray[np.intp]:
     edge = np.diff(closed.astype(np.int8), axis=1, prepend=0, append=0)
     row, first = np.nonzero(edge > 0)
     return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
+
+
+def turned_lattice(
+    grid: PolarGrid, angle_rad: float, exposure: Exposure
+) -> tuple[tuple[float, float, float, float], tuple[float, float, float]]:
+    """A lattice turned to ``angle_rad``, on the circle of a table of pixels: the angle of column 0,
+    columns per radian, the radius of row 0 and rows per pixel; and how pixels are turned by the
+    time of their row, per delay and its square, and at most."""
+    lowest = angle_rad + grid.phi_rad - exposure.slack_rad
+    turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
+    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
+    return place, (exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def stretch(run, start, phi, place, motion):  # type: ignore[no-untyped-def]
+    """The first pixel that may show a run of cells of a turned lattice, and that behind the last;
+    ``start`` and ``phi`` are those of ``RingPixels``."""
+    first, last = start[run[0]], start[run[0] + 1]
+    begins = place[0] + (run[1] - 0.5) / place[1] - motion[2]
+    ends = place[0] + (run[2] + 0.5) / place[1] + motion[2]
+    ring = phi[first:last]
+    return first + np.searchsorted(ring, begins), first + np.searchsorted(ring, ends)

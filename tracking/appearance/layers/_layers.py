@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
-from servosight.tracking.fit import NONE_STALE, PolarGrid, RingPixels, Sample, runs_of
+from servosight.tracking.fit import (
+    NONE_STALE,
+    PolarGrid,
+    RingPixels,
+    Sample,
+    runs_of,
+    stretch,
+    turned_lattice,
+)
 
 SEEN_THROUGH = 2
 _ROOM = 2.0  # times the pixels that the cells in use cover
@@ -104,10 +112,7 @@ class Layers:
         ``outwards`` adds the slope along the radius.
         """
         grid, pixels = self.grid, ring_pixels.pixels
-        lowest = angle_rad + grid.phi_rad - exposure.slack_rad
-        turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
-        place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-        motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+        place, motion = turned_lattice(grid, angle_rad, exposure)
         parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
         chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
         out = np.empty((3, chosen.size), np.float32)
@@ -142,13 +147,10 @@ def _layered(  # type: ignore[no-untyped-def]
     count = left = 0
     for run in range(runs.shape[0]):
         ring = runs[run, 0]
-        end = start[ring + 1]
-        begins = origin + (runs[run, 1] - 0.5) / per_rad - motion[2]
-        ends = origin + (runs[run, 2] + 0.5) / per_rad + motion[2]
-        i = start[ring] + np.searchsorted(phi[start[ring] : end], begins)
-        while i < end and phi[i] < ends and count < chosen.size:
-            here = i
-            i += 1
+        begin, end = stretch(runs[run], start, phi, place, motion)
+        for here in range(begin, end):
+            if count == chosen.size:
+                break
             own = (motion[0] + motion[1] * delay[here]) * delay[here]
             u = np.float32((phi[here] - origin - own) * per_rad)
             v = np.float32((radius[here] - first) * per_px)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Mask, Single
 from servosight.tracking.core import Exposure, slopes, weights
-from servosight.tracking.fit import PolarGrid, RingPixels, Sample
+from servosight.tracking.fit import PolarGrid, RingPixels, Sample, stretch, turned_lattice
 
 
 def sampled(
@@ -23,10 +23,7 @@ def sampled(
     left out, and so are those that are ``stale``, by their place in the flattened picture.
     """
     pixels = ring_pixels.pixels
-    lowest = angle_rad + grid.phi_rad - exposure.slack_rad
-    turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
-    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-    motion = exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+    place, motion = turned_lattice(grid, angle_rad, exposure)
     half = 0.5 * exposure.turn_rad / grid.step_rad
     chosen = np.empty(pixels.index.size // 2 + 1, np.intp)
     out = np.empty((3, chosen.size), np.float32)
@@ -53,13 +50,10 @@ def _sampled(  # type: ignore[no-untyped-def]
     count = left = 0
     for run in range(runs.shape[0]):
         ring = runs[run, 0]
-        end = start[ring + 1]
-        begins = origin + (runs[run, 1] - 0.5) / per_rad - motion[2]
-        ends = origin + (runs[run, 2] + 0.5) / per_rad + motion[2]
-        i = start[ring] + np.searchsorted(phi[start[ring] : end], begins)
-        while i < end and phi[i] < ends and count < chosen.size:
-            here = i
-            i += 1
+        begin, end = stretch(runs[run], start, phi, place, motion)
+        for here in range(begin, end):
+            if count == chosen.size:
+                break
             own = (motion[0] + motion[1] * delay[here]) * delay[here]
             u = (phi[here] - origin - own) * per_rad
             v = (radius[here] - first) * per_px

@@ -252,8 +252,8 @@ def _local(values: Single) -> Single:
     """Means over 3 x 3 cells, the columns going round; NaN where less than a third is known."""
     known = np.isfinite(values)
     pair = np.dstack([np.where(known, values, np.float32(0.0)), known.astype(np.float32)])
-    round_ = cv2.copyMakeBorder(pair, 0, 0, 1, 1, cv2.BORDER_WRAP)
-    mean = cv2.blur(round_, (3, 3), borderType=cv2.BORDER_REPLICATE)[:, 1:-1]
+    wide = cv2.copyMakeBorder(pair, 0, 0, 1, 1, cv2.BORDER_WRAP)
+    mean = cv2.blur(wide, (3, 3), borderType=cv2.BORDER_REPLICATE)[:, 1:-1]
     total, share = mean[..., 0], mean[..., 1]
     least = np.float32(0.3)
     return np.where(share > least, total / np.maximum(share, least), np.float32(np.nan))
