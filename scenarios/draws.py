@@ -47,6 +47,9 @@ DRAWS: Mapping[str, ParameterRanges] = {
     "velocity_feedforward": ParameterRanges({"lead": (0.012, 0.024)}, xi=(0.45, 0.65)),
     # Without friction or a load it is hardly more than another T and xi.
     "integral_action": ParameterRanges({"rate": (4.0, 15.0), "lag": (0.0, 0.03)}, alone=False),
+    "limited_integral": ParameterRanges(
+        {"rate": (8.0, 15.0), "lag": (0.0, 0.01), "limit": (0.5, 1.5)}, alone=False
+    ),
     "asymmetric_gain": ParameterRanges({"ratio": (0.55, 0.75)}),
     "dead_zone": ParameterRanges({"half_width": (0.8, 2.0)}),
     "dead_band": ParameterRanges({"half_width": (0.8, 2.0)}, alone=False),
@@ -100,7 +103,6 @@ DRAWS: Mapping[str, ParameterRanges] = {
 
 UNCATALOGUED_DRAWS: Mapping[str, ParameterRanges] = {
     "moving_average": ParameterRanges({"window": (0.07, 0.12)}),
-    "integrator_windup": ParameterRanges({"rate": (4.0, 8.0), "limit": (2.0, 5.0)}),
     "thermal_drift": ParameterRanges({"drift": (0.08, 0.15), "time": (3.0, 8.0)}),
     "bent_shaft": ParameterRanges(
         {"level": (1.0, 2.0), "depth": (0.8, 1.0), "period": (20.0, 40.0)}

@@ -47,6 +47,9 @@ class Physics(NamedTuple):
     feedback_backlash_gap: float = 0.0
     integral_action_rate: float = 0.0
     integral_action_lag: float = 0.0
+    limited_integral_rate: float = 0.0
+    limited_integral_lag: float = 0.0
+    limited_integral_limit: float = _INF
     asymmetric_gain_ratio: float = 1.0
     dead_zone_half_width: float = 0.0
     dead_band_half_width: float = 0.0
@@ -127,6 +130,8 @@ def march(p, command, disturbance, kept):
             turn = 2.0 * math.pi * seen / p.sensor_nonlinearity_period
             error -= p.sensor_nonlinearity_amplitude * math.sin(turn + p.sensor_nonlinearity_phase)
         integral += p.integral_action_rate * (error - p.integral_action_lag * w) * dt
+        integral += p.limited_integral_rate * (error - p.limited_integral_lag * w) * dt
+        integral = min(max(integral, -p.limited_integral_limit), p.limited_integral_limit)
         asked = _drive(p, error + integral, w)
         drive = asked * max(1.0 - p.supply_sag_sag * sagged, 0.0)
         sagged += (abs(asked) - sagged) * dt / p.supply_sag_time

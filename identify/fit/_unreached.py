@@ -57,14 +57,16 @@ def unreached(fit: Solution) -> list[Effect]:
 
 
 def _limits(effect: Effect) -> list[bool]:
-    """Which of an effect's parameters are limits, (parameters,): it vanishes as they grow."""
+    """Which of an effect's parameters are limits, (parameters,)."""
     return [one.reciprocal and math.isinf(one.high) for one in effect.parameters]
 
 
 def _is_free(fit: Solution, effect: Effect) -> bool:
-    """True of a limit none of whose parameters the user holds."""
+    """True of an effect that vanishes as its limits grow, none of whose parameters are held."""
     held = any(f"{effect.id}.{one.name}" in fit.problem.held for one in effect.parameters)
-    return any(_limits(effect)) and not held
+    sizes = [one.neutral is not None for one in effect.parameters]
+    limited = zip(_limits(effect), sizes, strict=True)
+    return all(limit for limit, size in limited if size) and not held
 
 
 def _begun(fit: Solution, effect: Effect, enough_deg: float) -> Solution | None:

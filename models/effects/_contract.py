@@ -29,6 +29,7 @@ from servosight.models.effects._place import Place as Place
 Term = Callable[..., Any]
 
 _ID = re.compile(r"[a-z][a-z0-9_]*")
+_LIMITED = (Place.DRIVE, Place.LOAD)  # where the states are the term's own
 _RESTING = (Place.COMMAND, Place.DRIVE)  # where what a state is at the start can be told
 
 
@@ -75,6 +76,8 @@ class Effect:
     one for another kink, where a step may pass both. ``resolution`` returns
     the longest step in seconds that resolves the effect; before the effect's parameters it takes
     what it needs of :data:`MOTION`.
+    ``state_limit`` (DRIVE and LOAD with states) names the parameter between whose negative and
+    positive value the first state stays: the integrator holds it there at the end of each step.
     ``starts`` returns starting points for a fit, as tuples in the order of the parameters.
     ``contains`` names effects that this one becomes at a limit of its parameters; theirs come
     first among its own, in their order.
@@ -106,6 +109,7 @@ class Effect:
     second_switch: Term | None = None
     resolution: Term | None = None
     states: int = 0
+    state_limit: str | None = None
     contains: tuple[str, ...] = ()
     usual: Usual | None = None
     together_with: tuple[str, ...] = ()
@@ -167,10 +171,12 @@ class Effect:
             raise InputError(
                 f"effect {self.id}: two parameters are named {min(twice)}, expected a name for each"
             )
-        if self.lead is not None and self.lead not in names:
-            raise InputError(
-                f"effect {self.id}: lead is {self.lead!r}, expected the name of a parameter or None"
-            )
+        for role, given in (("lead", self.lead), ("state_limit", self.state_limit)):
+            if given is not None and given not in names:
+                raise InputError(
+                    f"effect {self.id}: {role} is {given!r}, expected the name of a parameter or "
+                    f"None"
+                )
         if all(parameter.neutral is None for parameter in self.parameters):
             raise InputError(f"effect {self.id}: at least one parameter needs a neutral value")
 
@@ -181,6 +187,11 @@ class Effect:
         for name, given, allowed in (
             ("latency", self.latency is not None, self.place is Place.COMMAND),
             ("rest", self.rest is not None, self.place in _RESTING and self.states > 0),
+            (
+                "state_limit",
+                self.state_limit is not None,
+                self.place in _LIMITED and self.states > 0,
+            ),
             ("switch", bool(self.switches), signature.switched),
             ("state", self.states > 0, signature.stateful),
         ):

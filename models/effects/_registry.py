@@ -18,6 +18,7 @@ CATALOGUE: tuple[str, ...] = (
     "motion_profile",
     "velocity_feedforward",
     "integral_action",
+    "limited_integral",
     "asymmetric_gain",
     "dead_zone",
     "dead_band",

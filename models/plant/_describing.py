@@ -82,7 +82,8 @@ def integral_s(actuator: Actuator) -> float:
 
     That of the slow pole where rate T is small: -rate / (1 + rate lag).
     """
-    if "integral_action" not in actuator.effects:
-        return 0.0
-    rate, lag = (actuator.value(f"integral_action.{name}") for name in ("rate", "lag"))
-    return 1.0 / rate + lag if rate > 0.0 else 0.0
+    found = 0.0
+    for effect in {"integral_action", "limited_integral"}.intersection(actuator.effects):
+        rate, lag = (actuator.value(f"{effect}.{name}") for name in ("rate", "lag"))
+        found = max(found, 1.0 / rate + lag if rate > 0.0 else 0.0)
+    return found

@@ -49,21 +49,6 @@ def _end_stop(assembly: Assembly, values: EffectValues) -> None:
     motor.solref_limit = [values["time"], 0.4]
 
 
-def _integrator_windup(twin: Twin, values: EffectValues) -> Regulator:
-    """Firmware that adds ``rate`` [1/s] times the integral of the error, up to ``limit`` [deg]."""
-    data, limit = twin.data, math.radians(values["limit"])
-    wound, rising, since = 0.0, 0.0, data.time
-
-    def wind() -> None:
-        nonlocal wound, rising, since
-        wound = min(max(wound + rising * (data.time - since), -limit), limit)
-        since = data.time
-        rising = values["rate"] * (float(data.ctrl[0]) - twin.angle)
-        data.ctrl[:] += wound
-
-    return wind
-
-
 def _sticky_play(assembly: Assembly, values: EffectValues) -> None:
     """A surface behind a play of ``gap`` [deg] that has inertia (``share`` of all) and rubs."""
     behind_play(
@@ -98,7 +83,6 @@ UNCATALOGUED: Mapping[str, HiddenEffect] = {
     effect.id: effect
     for effect in (
         HiddenEffect("moving_average", {"window": 0.08}, command=_moving_average),
-        HiddenEffect("integrator_windup", {"rate": 6.0, "limit": 4.0}, supply=_integrator_windup),
         HiddenEffect("thermal_drift", {"drift": 0.1, "time": 5.0}, sense=_thermal_drift),
         HiddenEffect(
             "bent_shaft", {"level": 1.5, "depth": 0.9, "period": 30.0}, regulate=_bent_shaft

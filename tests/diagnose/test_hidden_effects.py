@@ -107,6 +107,12 @@ def test_friction_is_named_that_an_integral_hides(twin: Any) -> None:
     assert_explained(found, {"coulomb_friction", "integral_action"}, truth)
 
 
+def test_an_integral_that_is_limited_is_told_from_one_that_is_not(twin: Any) -> None:
+    recording, truth = twin("limited_integral")
+    found = diagnose([recording], catalogue=catalogue(), auto=True)
+    assert_explained(found, {"limited_integral"}, truth)
+
+
 def test_both_are_named_behind_a_motion_profile(twin: Any) -> None:
     """Beside the linear model neither friction nor the integral shows, nor both."""
     hidden = ("motion_profile", "coulomb_friction", "integral_action")

@@ -160,11 +160,17 @@ class Reference:
         hinge = self.get("hinge_hardening", "cubic") * theta**3
         return weight + hinge + wave(theta, self.effects.get("cogging"))
 
+    def of_integral(self, name: str) -> float:
+        """A parameter of the integral, with or without a limit."""
+        return self.get("integral_action", name) + self.get("limited_integral", name)
+
     def _held(self, command: float) -> float:
         """What an integral holds after a second at the start, friction apart."""
-        gathered = 1.0 - math.exp(-self.get("integral_action", "rate"))
+        gathered = 1.0 - math.exp(-self.of_integral("rate"))
         error = self.k * command + self.bias - self.feedback(self.angle)
-        return gathered * (self.load(self.angle) + 2 * self.xi * self.T * self.speed - error)
+        held = gathered * (self.load(self.angle) + 2 * self.xi * self.T * self.speed - error)
+        most = self.get("limited_integral", "limit", math.inf)
+        return float(min(max(held, -most), most))
 
     def friction(self, drive: float, w: float, load: float) -> float:
         level = self.get("coulomb_friction", "level") + self.get("stribeck_friction", "level")

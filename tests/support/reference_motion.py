@@ -59,8 +59,10 @@ class Piece:
         """Rates of the integral, of a supply's filtered drive, and of Dahl's bristle."""
         servo = self.servo
         error = self.force(at) - servo.feedback(y[0])
-        left = error - servo.get("integral_action", "lag") * w
-        held = servo.get("integral_action", "rate") * left
+        left = error - servo.of_integral("lag") * w
+        rising = servo.of_integral("rate") * left
+        most = servo.get("limited_integral", "limit", math.inf)
+        held = 0.0 if abs(y[-3]) >= most and rising * y[-3] > 0.0 else rising
         drive = servo.drive(error + y[-3], w, 0.0)
         sag = (abs(drive) - y[-2]) / servo.get("supply_sag", "time", math.inf)
         stiffness = servo.get("presliding", "stiffness")

@@ -6,6 +6,8 @@ import math
 
 DIGITS = 3
 MOST_DECIMALS = 8
+LARGEST = 1e7
+"""No parameter of a servo is as large, in its unit."""
 
 
 def rounded(value: float, digits: int = DIGITS) -> str:
@@ -48,11 +50,12 @@ def chance(p: float) -> str:
 def uncertain(value: float, sigma: float | None) -> tuple[str, str]:
     """A value to the digits that its sigma supports, and the sigma to two digits.
 
-    A sigma of 0 is that of a parameter that was held.
+    A sigma of 0 is that of a parameter that was held. A value without one that is as large as no
+    servo's is a limit that was not reached.
     """
     if sigma == 0.0:
         return rounded(value, 4), "held"
     if sigma is None or sigma < 0.0 or not math.isfinite(sigma):
-        return rounded(value, 4), "not known"
+        return "not reached" if value > LARGEST else rounded(value, 4), "not known"
     decimals = min(max(1 - math.floor(math.log10(sigma)), 0), MOST_DECIMALS)
     return f"{value:.{decimals}f}".replace("-", "−"), f"{sigma:.{decimals}f}"

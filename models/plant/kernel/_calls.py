@@ -53,6 +53,11 @@ class Slots:
         count = len(self.layout.effects[index].parameters)
         return ", ".join(f"p[{start + j}]" for j in range(count))
 
+    def value(self, index: int, name: str) -> str:
+        """One of the effect's parameters."""
+        names = [parameter.name for parameter in self.layout.effects[index].parameters]
+        return f"p[{self.layout.offsets[index] + names.index(name)}]"
+
     def hysteresis(self, index: int, effect: Effect, angle: str = "theta") -> str:
         """A call of a term that remembers the last turn of the motor."""
         first = self.state[effect.id]

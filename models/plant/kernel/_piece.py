@@ -28,6 +28,7 @@ from servosight.models.plant.kernel._steps import (
 from servosight.models.plant.kernel._terms import (
     friction_size,
     has_friction,
+    has_limited_states,
     has_loop_memory,
     has_memory,
     has_plant_terms,
@@ -68,6 +69,7 @@ def branches(p, on):
         has_resolutions(on),
         shaft,
         has_states(on),
+        has_loop_memory(on) or has_limited_states(on),
     )
 
 
@@ -120,7 +122,9 @@ def piece(
     gone, the next sample and what is left of ``budget``, negative where the steps ran out or the
     motion ran away.
     """
-    exact, eventless, friction, memory_on, loop_memory, switching, paced, shaft, states = acts
+    exact, eventless, friction, memory_on, loop_memory, switching, paced, shaft, states, keeps = (
+        acts
+    )
     T, xi, held = own
     step, longest = steps
     x, z, mode = motion
@@ -225,7 +229,7 @@ def piece(
             out[n] = angle if horn else output_chain(p, on, angle, memory)
             n += 1
         x = x1
-        z = keep_memory(p, on, x[0], z1) if loop_memory else z1
+        z = keep_memory(p, on, x[0], z1) if keeps else z1
         if memory_on:
             shown = z[0] if shaft else reducer_angle(p, on, x[0], z)
             memory = memory_commit(p, on, shown, memory)

@@ -74,6 +74,7 @@ def queries(slots: Slots) -> str:
         "has_resolutions": [i for i, e in effects if e.resolution is not None],
         "has_shaft": [slots.any_at(Place.SHAFT)],
         "has_states": [i for i, e in effects if e.states and e.place is not Place.COMMAND],
+        "has_limited_states": [i for i, e in effects if e.state_limit is not None],
         "has_held_states": [i for i, e in slots.at(Place.DRIVE) if e.rest is not None],
         "has_input": [slots.any_at(Place.INPUT)],
         "has_plant_terms": [slots.any_at(place) for place in plant],
@@ -93,7 +94,7 @@ def states(slots: Slots) -> str:
     added = ", ".join([f"z[{i}] + h * r[{i}]" for i in count] + held)
     cubics = [f"cubic(tau, h, z[{i}], r0[{i}], z1[{i}], r1[{i}])" for i in count]
     mixed = ", ".join(cubics + held)
-    lines = [f"m{i} = z[{i}]" for i in range(slots.n_states, slots.n_slots)] + ["felt = theta"]
+    lines = [f"m{i} = z[{i}]" for i in range(slots.n_slots)] + ["felt = theta"]
     for i, effect in enumerate(slots.layout.effects):
         slot = slots.state[effect.id]
         if effect.place is Place.REDUCER:
@@ -104,7 +105,10 @@ def states(slots: Slots) -> str:
             start += ["p[4]", "0.0"]
             call = slots.hysteresis(i, effect)
             lines.append(f"if on[{i}]:\n    m{slot} = theta\n    m{slot + 1} = {call}")
-    kept = [f"z[{i}]" for i in count] + [f"m{i}" for i in range(slots.n_states, slots.n_slots)]
+        if effect.state_limit is not None:
+            most = slots.value(i, effect.state_limit)
+            lines.append(f"if on[{i}]:\n    m{slot} = min(max(z[{slot}], -{most}), {most})")
+    kept = [f"m{i}" for i in range(slots.n_slots)]
     return "\n\n".join(
         [
             function("start_states(p)", [], f"return ({', '.join(start)})"),

@@ -79,6 +79,11 @@ def has_states(on: Flags) -> bool:
     return False
 
 
+def has_limited_states(on: Flags) -> bool:
+    """True where a term acts whose state stays within a limit."""
+    return False
+
+
 def has_held_states(on: Flags) -> bool:
     """True where a term acts whose state holds a torque from the start on."""
     return False
@@ -105,7 +110,7 @@ def held_states(p: Row, on: Flags, z: States, missing: float) -> States:
 
 
 def keep_memory(p: Row, on: Flags, theta: float, z: States) -> States:
-    """The states at the end of a step, with the memories of the terms inside the loop renewed."""
+    """The states at the end of a step, within their limits and with the memories renewed."""
     return z
 
 

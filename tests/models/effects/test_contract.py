@@ -301,8 +301,13 @@ def test_what_numba_cannot_compile_is_one_sentence() -> None:
 
 @pytest.mark.parametrize(
     ("field", "given"),
-    [("lead", "speed"), ("lead", 3), ("least_share", 1.5), ("least_share", "a third")],
+    [
+        *(("lead", "speed"), ("lead", 3), ("state_limit", "speed")),
+        *(("least_share", 1.5), ("least_share", "a third")),
+    ],
 )
-def test_a_lead_is_a_parameter_and_what_is_to_be_promised_a_share(field: str, given: Any) -> None:
+def test_lead_and_limit_are_parameters_and_what_is_to_be_promised_a_share(
+    field: str, given: Any
+) -> None:
     with pytest.raises(InputError, match=f"effect .?tried.?: {field} is "):
         declared(Place.LOAD, load, **{field: given})

@@ -1,4 +1,4 @@
-"""A controller that integrates, where the answer is known without the plant equation."""
+"""Controllers that integrate, up to a limit or without, where the answer is known otherwise."""
 
 from __future__ import annotations
 
@@ -41,6 +41,30 @@ def test_a_weight_is_held_where_the_command_is_from_the_first_instant() -> None:
     held = {"gravity_load__cosine": 9.0, "integral_action__rate": 20.0}
     angle = simulated(time_s, np.zeros_like(time_s), **held)
     np.testing.assert_allclose(angle, 0.0, atol=1e-6)
+
+
+def test_of_a_weight_above_its_limit_the_rest_stays() -> None:
+    """Truth: of a weight of 9 deg the integral holds 4; the loop hangs 5 deg below the command."""
+    time_s = np.arange(0.0, 2.0, 0.01)
+    held = {"limited_integral__rate": 20.0, "limited_integral__limit": 4.0}
+    angle = simulated(time_s, np.zeros_like(time_s), gravity_load__cosine=9.0, **held)
+    missing = angle[-1] + 9.0 * np.cos(np.deg2rad(angle[-1]))
+    np.testing.assert_allclose(missing, 4.0, atol=1e-6)
+
+
+def test_a_limit_is_left_as_soon_as_the_error_turns_round() -> None:
+    """Truth: friction of 10 deg holds the motor under an error of 2 deg, of which the integral
+    gathers 20 deg/s: 8 deg after 0.4 s, but for a limit of 1 deg. An error of -10 deg takes that
+    back at 100 deg/s, so that the torque passes -10 deg after 0.01 s."""
+    time_s = np.arange(-1.0, 6.0, 0.005)
+    goal = np.where(time_s < 0.0, 0.0, np.where(time_s < 4.0, 2.0, -10.0))
+    stuck = {"coulomb_friction__level": 10.0, "limited_integral__rate": 10.0}
+    free = simulated(time_s, goal, **stuck)
+    assert np.all(free[time_s < 0.4] == 0.0)
+    assert np.all(free[(time_s > 0.45) & (time_s < 1.0)] > 0.0)
+    limited = simulated(time_s, goal, limited_integral__limit=1.0, **stuck)
+    assert np.all(limited[time_s < 4.0] == 0.0)
+    assert 4.0 < time_s[np.flatnonzero(limited)[0]] <= 4.02
 
 
 def test_without_a_rate_nothing_is_held() -> None:

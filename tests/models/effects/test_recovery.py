@@ -47,6 +47,7 @@ TRUTHS: dict[str, Truth] = {
     "motion_profile": Truth({"rate": 200.0, "acceleration": 8000.0}, independent=False),
     "velocity_feedforward": Truth({"lead": 0.012}),
     "integral_action": Truth({"rate": 12.0, "lag": 0.01}),
+    "limited_integral": Truth({"rate": 12.0, "lag": 0.01, "limit": 1.0}),
     "dead_zone": Truth({"half_width": 1.3}),
     "dead_band": Truth({"half_width": 1.3}, independent=False),
     "torque_saturation": Truth({"limit": 6.0}),

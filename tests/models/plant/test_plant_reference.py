@@ -58,6 +58,7 @@ CASES: dict[str, dict[str, dict[str, float]]] = {
     "fine cogging": {"cogging": {"amplitude": 0.6, "period": 1.2, "phase": -2.0}},
     "supply_sag": {"supply_sag": {"sag": 0.03, "time": 0.05}},
     "integral_action": {"integral_action": {"rate": 15.0, "lag": 0.02}},
+    "limited_integral": {"limited_integral": {"rate": 15.0, "lag": 0.0, "limit": 1.5}},
     "integral action that holds a weight against friction": {
         "integral_action": {"rate": 10.0, "lag": 0.03},
         "coulomb_friction": {"level": 0.8},

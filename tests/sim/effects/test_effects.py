@@ -105,6 +105,21 @@ def test_gravity_load(sine: float, cosine: float) -> None:
     assert at_rest == pytest.approx(-load(at_rest), abs=1e-4)
 
 
+@pytest.mark.parametrize("limit", [4.0, math.inf])
+def test_an_integral_holds_a_weight_up_to_its_limit(limit: float) -> None:
+    """By hand: of a weight of 9 deg the loop holds what the integral leaves, nothing without a
+    limit."""
+    still = Excitation(np.array([0.0, 2.0]), np.zeros(2))
+    hidden = {
+        "limited_integral": {"rate": 20.0, "lag": 0.0, "limit": limit},
+        "gravity_load": {"sine": 0.0, "cosine": 9.0},
+    }
+    bench = BenchParameters.with_response(1.0, 0.02, XI)
+    at_rest = float(run(bench, hidden, still).surface_deg[-1])
+    missing = at_rest + 9.0 * math.cos(math.radians(at_rest))
+    assert missing == pytest.approx(min(limit, 9.0), abs=1e-3)
+
+
 @pytest.mark.parametrize(("frequency", "damping", "share"), [(12.0, 0.08, 0.3), (25.0, 0.05, 0.7)])
 def test_flexible_shaft(frequency: float, damping: float, share: float) -> None:
     """Both inertias as a linear system, stepped exactly by its matrix exponential."""
