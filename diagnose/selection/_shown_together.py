@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
+from functools import reduce
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import shapes
@@ -37,33 +38,40 @@ def _chains(
     """The models from the first one on to each with effects that are declared to show together.
 
     Behind the cheapest single effect as well if that limits how the command moves: with a command
-    of another shape none of them shows.
+    of another shape none of them shows. Such a fit costs much, so a sketch must promise it first.
     """
     base = first.steps[0].trial
     best = min(first.singles, key=lambda one: criterion.price(one.score))
     known = {new_in(trial, base): trial for trial in first.singles}
-    for chain in _behind([base], known, models):
-        yield chain[1:]
+    for names in _shown_at_once(base, models):
+        begun = known.get(names[0]) or _extended(models, base, names[0])
+        yield _added(begun, names[1:], models)
     richer = shapes(criterion.policy.ordinary, models.catalogue)
-    if new_in(best, base) in {*richer, *richer.values()}:
-        for chain in _behind([base, best], {}, models):
-            yield chain[1:]
+    if new_in(best, base) not in {*richer, *richer.values()}:
+        return
+    most = criterion.price_as_ordinary(best.score)
+    for names in _shown_at_once(best, models):
+        sketch = reduce(models.sketched, names, best)
+        if not criterion.clearly_cheaper(criterion.price_as_ordinary(sketch.score), most):
+            return
+        yield _added(best, names, models)
 
 
-def _behind(
-    begun: list[Trial], known: Mapping[str, Trial], models: ModelSelection
-) -> Iterator[list[Trial]]:
-    """Models with effects more that are declared to show together, behind the last of some;
-    ``known`` are those with one more."""
-    able = models.candidates(begun[-1])
+def _shown_at_once(base: Trial, models: ModelSelection) -> Iterator[tuple[str, ...]]:
+    """Effects that ``base`` lacks and that are declared to show together, the fewest first."""
+    able = models.candidates(base)
     for name in able:
         partners = [one for one in models.catalogue[name].together_with if one in able]
         for count in range(1, len(partners) + 1):
-            chain = begun
-            for added in (*partners[:count][::-1], name):
-                trial = known.get(added) if len(chain) == len(begun) else None
-                chain = [*chain, trial or _extended(models, chain[-1], added)]
-            yield chain
+            yield (*partners[:count][::-1], name)
+
+
+def _added(begun: Trial, names: Sequence[str], models: ModelSelection) -> list[Trial]:
+    """``begun``, and the models with one after the other of ``names`` more."""
+    chain = [begun]
+    for name in names:
+        chain.append(_extended(models, chain[-1], name))
+    return chain
 
 
 def _extended(models: ModelSelection, base: Trial, name: str) -> Trial:
