@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from functools import reduce
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import shapes
@@ -38,7 +37,7 @@ def _chains(
     """The models from the first one on to each with effects that are declared to show together.
 
     Behind the cheapest single effect as well if that limits how the command moves: with a command
-    of another shape none of them shows. Such a fit costs much, so a sketch must promise it first.
+    of another shape none of them shows. Such a fit costs much, so sketches must promise it first.
     """
     base = first.steps[0].trial
     best = min(first.singles, key=lambda one: criterion.price(one.score))
@@ -49,10 +48,10 @@ def _chains(
     richer = shapes(criterion.policy.ordinary, models.catalogue)
     if new_in(best, base) not in {*richer, *richer.values()}:
         return
-    most = criterion.price_as_ordinary(best.score)
     for names in _shown_at_once(best, models):
-        sketch = reduce(models.sketched, names, best)
-        if not criterion.clearly_cheaper(criterion.price_as_ordinary(sketch.score), most):
+        sketches = itertools.accumulate(names, models.sketched, initial=best)
+        *smaller, last = (criterion.price_as_ordinary(one.score) for one in sketches)
+        if not criterion.clearly_cheaper(last, min(smaller)):
             return
         yield _added(best, names, models)
 
