@@ -70,7 +70,7 @@ EFFECT = Effect(
     "repeat",
     remedy="none is needed: keep it in the model; a limit above the largest weight and friction "
     "lets no error stay",
-    source="Astrom and Hagglund, Advanced PID Control (2006), section 3.5",
+    source="Astrom and Hagglund, Advanced PID Control (2006), chapter 3",
     starts=starts,
     term=term,
     rest=rest,
