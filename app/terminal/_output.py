@@ -111,7 +111,9 @@ def console(args: argparse.Namespace) -> Console:
 
     class Plain(Console):
         def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
+            # The reader, such as `head`, has seen enough: what goes into files is still written.
+            self.quiet = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
     on_error = getattr(args, "json", None) == STANDARD_OUTPUT
     stream = sys.stderr if on_error else sys.stdout

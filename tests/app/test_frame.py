@@ -78,6 +78,20 @@ def test_no_context_of_mujoco_is_asked_for(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_files_are_written_though_nobody_reads_the_output(tmp_path: Path) -> None:
+    """As behind `| head`, which closes the pipe once it has seen enough."""
+    rows = [f"{0.02 * i:.2f},{i // 20 % 2},{i // 20 % 2}" for i in range(200)]
+    (tmp_path / "log.csv").write_text("\n".join(["time_s,command_deg,angle_deg", *rows]))
+    words = ["identify", "log.csv", "--method", "gradient", "--json", "found.json"]
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "servosight.app", *words]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, cwd=tmp_path)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "k" in json.loads((tmp_path / "found.json").read_text())["parameters"]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_command_has_help(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
