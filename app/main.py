@@ -54,7 +54,7 @@ def _run(words: list[str]) -> int:
     try:
         from servosight.app.completion import complete
         from servosight.app.parser import parser
-        from servosight.app.terminal import show_notes
+        from servosight.app.terminal import show_notes, write_on_unread
         from servosight.models.base import discard_all
 
         interrupt.clean_with(discard_all)
@@ -71,8 +71,8 @@ def _run(words: list[str]) -> int:
         return leaving.code if isinstance(leaving.code, int) else DONE
     except KeyboardInterrupt:
         return _complain("interrupted", interrupt.exit_code(), debug)
-    except BrokenPipeError:  # the reader, such as `head`, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:
+        write_on_unread(sys.stdout)
     except Exception as error:
         if isinstance(error, OSError) and error.errno in NO_ROOM:
             return _complain(_no_room(error), BAD_INPUT, debug)

@@ -8,7 +8,7 @@ import shlex
 import sys
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from servosight.app.terminal._progress import quiet, set_amount
 from servosight.models.base import (
@@ -98,11 +98,22 @@ def write_json(place: Path | None, value: Any) -> None:
     if place is None:
         return
     text = json_text(value)
-    if place == STANDARD_OUTPUT:
+    if place != STANDARD_OUTPUT:
+        write_text(place, text)
+        return
+    try:
         sys.stdout.write(text)
         sys.stdout.flush()
-    else:
-        write_text(place, text)
+    except BrokenPipeError:
+        write_on_unread(sys.stdout)
+
+
+def write_on_unread(stream: TextIO) -> None:
+    """Go on without a reader, such as `head`, that has seen enough: what goes into files is still
+    to be written."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def console(args: argparse.Namespace) -> Console:
@@ -111,9 +122,8 @@ def console(args: argparse.Namespace) -> Console:
 
     class Plain(Console):
         def on_broken_pipe(self) -> None:
-            # The reader, such as `head`, has seen enough: what goes into files is still written.
             self.quiet = True
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            write_on_unread(stream)
 
     on_error = getattr(args, "json", None) == STANDARD_OUTPUT
     stream = sys.stderr if on_error else sys.stdout

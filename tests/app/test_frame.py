@@ -78,18 +78,30 @@ def test_no_context_of_mujoco_is_asked_for(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_files_are_written_though_nobody_reads_the_output(tmp_path: Path) -> None:
-    """As behind `| head`, which closes the pipe once it has seen enough."""
+def unread(words: list[str], place: Path) -> subprocess.CompletedProcess[bytes]:
+    """Run a command on a log, its output into a pipe that nobody reads, as behind ``| head``."""
     rows = [f"{0.02 * i:.2f},{i // 20 % 2},{i // 20 % 2}" for i in range(200)]
-    (tmp_path / "log.csv").write_text("\n".join(["time_s,command_deg,angle_deg", *rows]))
-    words = ["identify", "log.csv", "--method", "gradient", "--json", "found.json"]
+    (place / "log.csv").write_text("\n".join(["time_s,command_deg,angle_deg", *rows]))
     reading, writing = os.pipe()
     os.close(reading)
     command = [sys.executable, "-m", "servosight.app", *words]
-    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, cwd=tmp_path)
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, cwd=place)
     os.close(writing)
+    return done
+
+
+def test_files_are_written_though_nobody_reads_the_output(tmp_path: Path) -> None:
+    words = ["identify", "log.csv", "--method", "gradient", "--json", "found.json"]
+    done = unread(words, tmp_path)
     assert (done.returncode, done.stderr) == (0, b"")
     assert "k" in json.loads((tmp_path / "found.json").read_text())["parameters"]
+
+
+def test_a_report_is_written_though_nobody_reads_the_json(tmp_path: Path) -> None:
+    words = ["diagnose", "log.csv", "-q", "--json", "-", "--report", "report.html"]
+    done = unread(words, tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "</html>" in (tmp_path / "report.html").read_text()
 
 
 @pytest.mark.parametrize("name", NAMES)

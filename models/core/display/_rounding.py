@@ -52,6 +52,9 @@ def uncertain(value: float, sigma: float | None) -> tuple[str, str]:
 
     A sigma of 0 is that of a parameter that was held. A value without one that is as large as no
     servo's is a limit that was not reached.
+
+    >>> uncertain(2.4961, 0.0103), uncertain(4.9e9, None)
+    (('2.496', '0.010'), ('not reached', 'not known'))
     """
     if sigma == 0.0:
         return rounded(value, 4), "held"
