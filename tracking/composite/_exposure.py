@@ -112,7 +112,7 @@ class FastPictures:
             angle, speed = float(self.angle_rad[n]), float(self.speed[n])
             seen = self.at(speed, shutter.exposure_s)
             turn_rad = speed * shutter.readout_s * self.rows_share + self.steady_rad
-            return seen.sheared(angle, turn_rad).squares(self.pictures[n], angle)
+            return seen.squares(self.pictures[n], angle, turn_rad)
 
         return np.array(threaded(squares, range(len(self.pictures))))
 

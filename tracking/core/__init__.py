@@ -3,6 +3,8 @@
 from servosight.tracking.core._channel import LUMA as LUMA
 from servosight.tracking.core._channel import NEUTRAL as NEUTRAL
 from servosight.tracking.core._channel import Channel as Channel
+from servosight.tracking.core._cholesky import inverted as inverted
+from servosight.tracking.core._cholesky import solved as solved
 from servosight.tracking.core._exposure import STILL as STILL
 from servosight.tracking.core._exposure import Exposure as Exposure
 from servosight.tracking.core._exposure import Shutter as Shutter

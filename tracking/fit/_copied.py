@@ -59,10 +59,19 @@ def stale(sample: Callable[[], Sample], copied: Mask | None) -> tuple[Mask, floa
     if copied is None:
         return NONE_STALE, 0.0
     flat, whole = copied.reshape(-1), sample()
-    worth = whole.per_turn.astype(np.float64) ** 2
-    old = flat.take(whole.pixels.index.take(whole.chosen))
-    share = float(worth[old].sum() / max(worth.sum(), 1e-30))
+    share = _share(flat, whole.pixels.index, whole.chosen, whole.per_turn)
     return (NONE_STALE, share) if share > 1.0 - _LEAST_NEW else (flat, 0.0)
+
+
+@njit(cache=True)
+def _share(marked, index, chosen, per_turn):  # type: ignore[no-untyped-def]
+    """The share of the information on the angle that lies in marked pixels."""
+    own = total = 0.0
+    for i in range(chosen.size):
+        worth = np.float64(per_turn[i]) ** 2
+        total += worth
+        own += worth if marked[index[chosen[i]]] else 0.0
+    return own / max(total, 1e-30)
 
 
 def lag(angle: Array, copied_share: Array) -> Array:

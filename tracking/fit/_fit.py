@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Single
-from servosight.tracking.fit._kernels import equations, judged
+from servosight.tracking.fit._kernels import judged
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
-
-MotionJacobian = Callable[[Sample], Single]
-"""Change of each pixel with each unknown of the motion, (unknowns, pixels), the angle first."""
-
-_LEAST_PIXELS = 60
-_ITERATIONS = 12
-_CLEAR = 0.98  # of the pixels within the gate: nothing covers them
-_FARTHEST_RAD = 0.35  # from the start, within which a fit converges
-_SHRINK = 0.03  # of a step near the answer, the next one
+from servosight.tracking.fit._rounds import FAILED, Rounds, state_at
 
 
 @dataclass(frozen=True)
@@ -58,16 +49,6 @@ class AngleFit:
     sensitivity: PoseSensitivity | None = None
 
 
-def turn(sample: Sample) -> Single:
-    """Rotation about a known pivot: the angle alone."""
-    return sample.per_turn[None]
-
-
-def turn_and_shift(sample: Sample) -> Single:
-    """Rotation about a pivot that is not yet exact: angle and shift."""
-    return np.stack([sample.per_turn, *sample.per_shift]).astype(np.float32)
-
-
 def correlation(a: Single, b: Single) -> float:
     """Pearson's correlation of two samples of grey levels; 0 where either is flat."""
     a, b = a - a.mean(), b - b.mean()
@@ -76,14 +57,15 @@ def correlation(a: Single, b: Single) -> float:
 
 
 @dataclass(frozen=True)
-class _Step:
-    """One weighted least-squares step: pixels, equations and solution.
+class LastStep:
+    """The angle at which a fit ends, and the weighted least-squares step that led there.
 
     ``rows`` (3 or more, pixels) are the changes with gain, offset and motion, ``noise`` [grey
     levels] is what the step leaves of a pixel of weight 1, by its linear model. ``used`` and
     ``inside`` count the pixels that passed the gate and those not at either end of the range.
     """
 
+    angle_rad: float
     sample: Sample
     seen: NDArray[np.uint8]
     rows: Single
@@ -95,119 +77,74 @@ class _Step:
     used: int
     inside: int
 
+    @property
+    def light(self) -> tuple[float, float]:
+        """Gain and offset: the picture's grey levels over the model's."""
+        return float(self.solution[0]), float(self.solution[1])
+
 
 def gauss_newton(
-    model: Callable[[float], Sample],
-    jacobian: MotionJacobian,
+    rounds: Rounds,
     picture: NDArray[np.uint8],
     angle_rad: float,
     shot: float = 0.0,
     light: tuple[float, float] | None = None,
     least: int = 2,
     exact: float = 0.1,
-) -> AngleFit | None:
-    """Fit angle, gain and offset of the light (and unknowns that ``jacobian`` adds).
+) -> LastStep | None:
+    """Fit angle, gain and offset of the light (and the shift, where ``rounds`` leave it free).
 
-    Starts at ``angle_rad``. ``model(angle)`` is the surface sampled at the pixels that it covers;
-    their residuals are the camera's own noise, not a resampled one. Its variance grows with the
+    Starts at ``angle_rad``. The model is sampled at the picture's own pixels: their residuals are
+    the camera's own noise, not a resampled one. Its variance grows with the
     grey level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset,
     where they are known. At least ``least`` steps are made, until the angle is accurate to
     ``exact`` of its sigma. Returns None where too few pixels are left, or the iteration diverges.
     """
-    start = angle_rad
     gain, offset = light or (1.0, 0.0)
-    flat, so_far = picture.reshape(-1), np.array([gain, offset, np.inf, shot], np.float32)
-    before = np.inf
-    for iteration in range(1, _ITERATIONS + 1):
-        now = model(angle_rad)
-        if now.chosen.size < _LEAST_PIXELS:
-            return None
-        so_far[:2] = gain, offset
-        solved = _step(now, flat, jacobian(now), so_far, iteration == 1 and light is None)
-        if solved is None:
-            return None
-        step = solved
-        assumed = gain
-        gain, offset, turned = (float(v) for v in step.solution[:3])
-        # The slopes were those of the assumed gain.
-        turned *= float(np.clip(assumed / max(gain, 1e-3), 0.5, 2.0))
-        angle_rad += turned
-        if abs(angle_rad - start) > _FARTHEST_RAD:
-            return None
-        # Steps shrink by about the same factor: stop where the next one is negligible.
-        shrink = min(abs(turned) / before, 1.0) if iteration > 1 else _SHRINK
-        sigma = np.sqrt(step.inverse[2, 2]) * step.noise
-        # The first step is biased where something covers a part.
-        clear = iteration > 1 or step.used > _CLEAR * step.inside
-        if iteration >= least and clear and abs(turned) * shrink < max(exact * sigma, 1e-7):
-            break
-        before = max(abs(turned), 1e-12)
-    return _fit(angle_rad, step)
-
-
-def _step(
-    sample: Sample, flat: NDArray[np.uint8], motion: Single, light: Single, darker: bool
-) -> _Step | None:
-    """Solve for gain, offset and motion; the others are as in ``equations``.
-
-    None where too few pixels pass the gate, or they do not determine the unknowns.
-    """
-    seen, rows, weight, used, inside, matrix, right, power = equations(
-        flat, sample.pixels.index, sample.chosen, sample.value, motion, light, darker
+    state = state_at(angle_rad)
+    aims = (float(least), exact, float(light is None))
+    so_far = np.array([gain, offset, np.inf, shot], np.float32)
+    chosen, out, left, solved = rounds.loop(
+        *rounds.model, np.ascontiguousarray(picture).reshape(-1), state, aims, so_far
     )
-    if used < _LEAST_PIXELS:
+    if state[-1] == FAILED:
         return None
-    try:
-        inverse = np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        return None
-    solution = inverse @ right
-    noise = float(np.sqrt(max(power - right @ solution, 0.0) / used))
-    return _Step(sample, seen, rows, weight, matrix, inverse, solution, noise, used, inside)
+    value, per_turn, per_px = out
+    sample = Sample(rounds.pixels, chosen, value, per_turn, per_px, left)
+    return LastStep(float(state[0]), sample, *solved)
 
 
-def _fit(angle_rad: float, step: _Step) -> AngleFit:
-    """The fit of a last step, with its sigma from the residuals."""
+def judged_fit(step: LastStep) -> AngleFit:
+    """The fit that a last step gives, with its sigma from the residuals."""
     now, solution = step.sample, step.solution
     shift = (float(solution[3]), float(solution[4])) if len(solution) > 3 else (0.0, 0.0)
-    tile = now.block
-    tile -= tile.min()
-    sums, squares, weighed, agreement = judged(
-        step.seen, step.rows, step.weight, solution, step.inverse[2], tile, int(tile.max()) + 1
-    )
-    sigma = _sandwich(sums)
-    plain = float(np.sqrt(step.inverse[2, 2] * weighed / step.used))
-    delay, spread = now.delay
-    sensitivity = None
-    if now.per_px.size and len(step.rows) == 3:
-        variance = weighed / step.used * max(sigma / plain, 1.0) ** 2
-        sensitivity = pose_sensitivity(
-            now, step.seen, step.rows, step.weight, step.matrix, solution, variance
-        )
+    sigma, plain, noise, agreement, delay, spread = judged(
+        step.seen, step.rows, step.weight, solution, step.inverse[2], now.pixels.block,
+        now.pixels.delay, now.chosen,
+    )  # fmt: skip
+    gain, offset = step.light
     return AngleFit(
-        angle_rad,
+        step.angle_rad,
         sigma,
         shift,
-        float(agreement),
+        agreement,
         float(step.used / max(step.inside, 1)),
         float(1.0 - step.inside / step.seen.size),
-        float(np.sqrt(squares / step.used)),
+        noise,
         now.chosen.size + now.left_out,
         plain_rad=plain,
         delay=delay,
         delay_spread=spread,
-        gain=float(solution[0]),
-        offset=float(solution[1]),
-        sensitivity=sensitivity,
+        gain=gain,
+        offset=offset,
     )
 
 
-def _sandwich(sums: Array) -> float:
-    """Standard deviation of an estimate from its pixels' influences (White 1980, by clusters).
-
-    Summed over tiles before squaring, so that correlated residuals (a shadow, an imperfect model)
-    count as few observations; where they are independent it is
-    ``noise^2 / sum(gradient^2)``.
-    """
-    used = max(int(np.count_nonzero(sums)), 2)
-    return float(np.sqrt(sums @ sums * used / (used - 1)))
+def sensitive(fit: AngleFit, step: LastStep) -> AngleFit:
+    """The fit of the angle alone that a last step gives, with its sensitivity to errors of pivot
+    and plane."""
+    variance = max(fit.sigma_rad, fit.plain_rad) ** 2 / float(step.inverse[2, 2])
+    sensitivity = pose_sensitivity(
+        step.sample, step.seen, step.rows, step.weight, step.matrix, step.solution, variance
+    )
+    return replace(fit, sensitivity=sensitivity)

@@ -123,12 +123,23 @@ def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: i
         out[5, i] = -near * near * by_radius[i] * sin
 
 
-@_kernel
-def judged(seen, rows, weight, solution, inverse, tile, tiles):  # type: ignore[no-untyped-def]
-    """Residuals of the fit: influences on the angle summed by tile, sums of squared residuals
-    without and with weights, and correlation over the pixels of any weight."""
-    sums = np.zeros(tiles)
-    used = squares = weighed = s = v = ss = vv = sv = 0.0
+@njit(cache=True, error_model="numpy", fastmath=True)
+def judged(seen, rows, weight, solution, inverse, block, delay, chosen):  # type: ignore[no-untyped-def]
+    """Sigma of the angle by White's sandwich (1980) and by independent residuals, the rms residual
+    without weights, and the correlation, over the pixels of any weight; then mean and variance of
+    the pixels' delays, weighed by the squares of their slopes.
+
+    Influences on the angle are summed by ``block``, tiles of the picture, before they are squared:
+    residuals that are correlated (a shadow, an imperfect model) then count as few observations;
+    where they are independent it is ``noise^2 / sum(gradient^2)``. ``chosen`` are the pixels'
+    places among blocks and delays, ``inverse`` (unknowns,) is the angle's row.
+    """
+    low = high = block[chosen[0]]
+    for i in range(chosen.size):
+        low, high = min(low, block[chosen[i]]), max(high, block[chosen[i]])
+    sums = np.zeros(high - low + 1)
+    used = squares = weighed = s = v = ss = vv = sv = first = second = 0.0
+    worth = 1e-30
     for i in range(seen.size):
         keep = 1.0 if weight[i] > 0 else 0.0
         grey, model = np.float64(seen[i]), np.float64(rows[0, i])
@@ -136,7 +147,9 @@ def judged(seen, rows, weight, solution, inverse, tile, tiles):  # type: ignore[
         for a in range(len(rows)):
             residual -= solution[a] * rows[a, i]
             influence += inverse[a] * rows[a, i]
-        sums[tile[i]] += weight[i] * influence * residual
+        own, at = np.float64(rows[2, i]) ** 2, delay[chosen[i]]
+        worth, first, second = worth + own, first + own * at, second + own * at * at
+        sums[block[chosen[i]] - low] += weight[i] * influence * residual
         used += keep
         squares += keep * residual * residual
         weighed += weight[i] * residual * residual
@@ -144,4 +157,15 @@ def judged(seen, rows, weight, solution, inverse, tile, tiles):  # type: ignore[
         ss, vv, sv = ss + keep * grey * grey, vv + keep * model * model, sv + keep * grey * model
     power = (ss - s * s / used) * (vv - v * v / used)
     agreement = (sv - s * v / used) / np.sqrt(power) if power > 0 else 0.0
-    return sums, squares, weighed, agreement
+    tiles, clustered = 0, 0.0
+    for own in sums:
+        tiles += own != 0.0
+        clustered += own * own
+    tiles = max(tiles, 2)
+    sigma = np.sqrt(clustered * tiles / (tiles - 1))
+    plain, noise, mean = (
+        np.sqrt(inverse[2] * weighed / used),
+        np.sqrt(squares / used),
+        first / worth,
+    )
+    return sigma, plain, noise, agreement, mean, max(second / worth - mean * mean, 0.0)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Mask, Single
@@ -194,33 +193,3 @@ class Sample:
     per_turn: Single
     per_px: Single
     left_out: int = 0
-
-    @property
-    def delay(self) -> tuple[float, float]:
-        """Time of the pixels that determine the angle, in shares of the readout: mean, variance."""
-        found: tuple[float, float] = _mean_delay(self.per_turn, self.pixels.delay, self.chosen)
-        return found
-
-    @property
-    def block(self) -> NDArray[np.intp]:
-        """The tile that each pixel lies in."""
-        return np.asarray(self.pixels.block.take(self.chosen))
-
-    @property
-    def per_shift(self) -> tuple[Single, Single]:
-        """Change with a shift of the surface along x and along y [grey levels/px]."""
-        cos, sin = self.pixels.outwards.take(self.chosen, axis=1)
-        along = -self.per_turn / self.pixels.radius_px.take(self.chosen)
-        return along * sin - self.per_px * cos, along * cos + self.per_px * sin
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _mean_delay(per_turn, delay, chosen):  # type: ignore[no-untyped-def]
-    """Mean and variance of the delays of some pixels, weighed by their slopes' squares."""
-    worth, first, second = 1e-30, 0.0, 0.0
-    for i in range(chosen.size):
-        own = per_turn[i] * per_turn[i]
-        at = delay[chosen[i]]
-        worth, first, second = worth + own, first + own * at, second + own * at * at
-    mean = first / worth
-    return mean, max(second / worth - mean * mean, 0.0)

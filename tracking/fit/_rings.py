@@ -52,16 +52,26 @@ def runs_of(used: Mask) -> NDArray[np.intp]:
     return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
 
 
-def turned_lattice(
-    grid: PolarGrid, angle_rad: float, exposure: Exposure
-) -> tuple[tuple[float, float, float, float], tuple[float, float, float]]:
-    """A lattice turned to ``angle_rad``, on the circle of a table of pixels: the angle of column 0,
-    columns per radian, the radius of row 0 and rows per pixel; and how pixels are turned by the
-    time of their row, per delay and its square, and at most."""
-    lowest = angle_rad + grid.phi_rad - exposure.slack_rad
-    turn = angle_rad + float(np.mod(lowest, 2 * np.pi) - lowest)
-    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-    return place, (exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad)
+Lattice = tuple[float, float, float, float]
+"""The angle of column 0, columns per radian, the radius of row 0 and rows per pixel."""
+
+
+def lattice_of(grid: PolarGrid) -> Lattice:
+    """A lattice at angle zero, as compiled passes take it."""
+    return grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px
+
+
+def motion_of(exposure: Exposure) -> tuple[float, float, float]:
+    """How pixels are turned by the time of their row, per delay and its square, and at most."""
+    return exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
+
+
+@njit(cache=True, error_model="numpy")
+def turned(lattice, angle_rad, motion):  # type: ignore[no-untyped-def]
+    """A lattice turned to an angle, on the circle of a table of pixels."""
+    lowest = angle_rad + lattice[0] - motion[2]
+    turn = angle_rad + (np.mod(lowest, 2 * np.pi) - lowest)
+    return turn + lattice[0], lattice[1], lattice[2], lattice[3]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -20,7 +20,7 @@ def fits_at(angle_deg: Array, hidden: range = range(0)) -> list[PoseFit | None]:
     """Fits at these angles, none in hidden frames."""
     return [
         None if n in hidden else
-        PoseFit(float(a), np.zeros(2), np.zeros((3, 3)), 1.0, 0.9, 1.0, 0.0, 0.0, 0.1)
+        PoseFit(float(a), np.zeros(2), np.zeros((3, 3)), 1.0, 0.9, 1.0, 0.0, 0.0, 0.1, 0.0, 0.0)
         for n, a in enumerate(np.deg2rad(angle_deg))
     ]  # fmt: skip
 

@@ -152,7 +152,7 @@ def test_a_slow_part_does_not_tell_the_exposure(tmp_path: Path, write: Write) ->
 
 def test_a_badly_explained_frame_has_a_larger_sigma() -> None:
     """Of a part in full view 65 % at least is explained; all that is missing may be a turn."""
-    fit = PoseFit(0.0, np.zeros(2), np.zeros((3, 3)), 1.0, 0.9, 1.0, 0.0, 0.0, 0.1)
+    fit = PoseFit(0.0, np.zeros(2), np.zeros((3, 3)), 1.0, 0.9, 1.0, 0.0, 0.0, 0.1, 0.0, 0.0)
     assert unexplained_rad(fit) == 0.0
     assert unexplained_rad(replace(fit, explained=0.4)) == pytest.approx(0.1 * 0.5)
 

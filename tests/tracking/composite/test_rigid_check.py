@@ -47,7 +47,7 @@ def test_a_share_of_the_angle_shows_in_frames_that_tell_little_each() -> None:
 
 def test_halves_are_apart_by_what_varies_and_a_hand_counts_as_five_times_the_usual() -> None:
     """Truth: differences of 0.3 rad, which all share, and of 0.02 rad to either side, which not."""
-    usual = PoseFit(0.0, np.zeros(2), np.eye(3), 1.0, 1.0, 1.0, 0.3, 0.01, 0.1)
+    usual = PoseFit(0.0, np.zeros(2), np.eye(3), 1.0, 1.0, 1.0, 0.3, 0.01, 0.1, 0.0, 0.0)
     fits = [replace(usual, sides_rad=0.3 + 0.02 * sign) for sign in (-1, 1) * 20]
     assert sides_apart_rad([*fits, None]) == pytest.approx(0.02)
     hidden = [replace(usual, sides_rad=9.0)]

@@ -10,7 +10,8 @@ from servosight.tracking.composite._trust import worst_third
 
 
 def fit(angle_rad: float, explained: float) -> PoseFit:
-    return PoseFit(angle_rad, np.zeros(2), np.zeros((3, 3)), 1.0, explained, 1.0, 0.0, 0.0, 0.1)
+    none, square = np.zeros(2), np.zeros((3, 3))
+    return PoseFit(angle_rad, none, square, 1.0, explained, 1.0, 0.0, 0.0, 0.1, 0.0, 0.0)
 
 
 FITS = [fit(0.01 * n, 0.9) for n in range(30)]

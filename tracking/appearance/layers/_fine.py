@@ -12,7 +12,7 @@ from servosight.models.core import Image, Mask
 from servosight.tracking.appearance.layers._layers import Layers
 from servosight.tracking.appearance.surface import SurfaceEstimator, likely
 from servosight.tracking.core import Exposure
-from servosight.tracking.fit import AngleFit, RingPixels, Sample, gauss_newton, stale, turn
+from servosight.tracking.fit import AngleFit, RingPixels, gauss_newton, judged_fit, sensitive, stale
 
 # Blurred layers are cached by their width: steps of a sixth of a column, then of four per cent.
 _WIDTHS = 24.0
@@ -58,21 +58,18 @@ class LayerEstimator:
 
         old, share = stale(lambda: model.at(self.few, angle_rad, exposure), copied)
 
-        def roughly(angle: float) -> Sample:
-            return model.at(self.few, angle, exposure, old)
-
-        def at(angle: float) -> Sample:
-            return model.at(self.whole, angle, exposure, old, outwards=True)
-
         shot = self.layers.shot
-        rough = gauss_newton(roughly, turn, picture, angle_rad, shot, least=1, exact=0.3)
+        few = model.rounds(self.few, exposure, old)
+        rough = gauss_newton(few, picture, angle_rad, shot, least=1, exact=0.3)
         if rough is None:
             return None
-        light = rough.gain, rough.offset
-        fit = gauss_newton(at, turn, picture, rough.angle_rad, shot, light, least=1)
-        if fit is None or not likely(fit, self.layers.correlation):
+        whole = model.rounds(self.whole, exposure, old)
+        ended = gauss_newton(whole, picture, rough.angle_rad, shot, rough.light, least=1)
+        fit = None if ended is None else judged_fit(ended)
+        if ended is None or fit is None or not likely(fit, self.layers.correlation):
             return None
-        return replace(fit, in_view=self.layers.in_view(fit.angle_rad), copied_share=share)
+        in_view = self.layers.in_view(fit.angle_rad)
+        return sensitive(replace(fit, in_view=in_view, copied_share=share), ended)
 
     def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,13 +23,19 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
 from servosight.tracking.fit import (
+    GOES_ON,
+    NO_DIRECTIONS,
     NONE_STALE,
     PolarGrid,
     RingPixels,
+    Rounds,
     Sample,
+    lattice_of,
+    motion_of,
     runs_of,
+    step,
     stretch,
-    turned_lattice,
+    turned,
 )
 
 SEEN_THROUGH = 2
@@ -104,32 +111,69 @@ class Layers:
 
     def at(
         self, ring_pixels: RingPixels, angle_rad: float, exposure: Exposure,
-        stale: Mask = NONE_STALE, outwards: bool = False,
+        stale: Mask = NONE_STALE,
     ) -> Sample:  # fmt: skip
         """The model at the pixels with information on the angle, with the surface at an angle.
 
-        The motion blur is in the layers already; pixels that are ``stale`` are left out;
-        ``outwards`` adds the slope along the radius.
+        The motion blur is in the layers already; pixels that are ``stale`` are left out.
         """
-        grid, pixels = self.grid, ring_pixels.pixels
-        place, motion = turned_lattice(grid, angle_rad, exposure)
-        parts = (exposure.parts_rad / grid.step_rad).astype(np.float32)
-        chosen = np.empty(min(int(_ROOM * self.area_px), pixels.index.size // 2) + 1, np.intp)
+        chosen = np.empty(self._room(ring_pixels), np.intp)
         out = np.empty((3, chosen.size), np.float32)
-        count, left = _layered(
-            self.coefficients, self.used, self.bench.reshape(-1), self._runs, ring_pixels.start,
-            pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index, stale,
-            place, motion, parts, chosen, out,
-        )  # fmt: skip
+        place = turned(lattice_of(self.grid), angle_rad, motion_of(exposure))
+        taken = (*self._compiled(ring_pixels, exposure, stale), place, chosen, out)
+        count, left = _layered(*taken)
         value, per_turn, per_px = out[:, :count]
-        per_px = per_px if outwards else per_px[:0]
-        return Sample(pixels, chosen[:count], value, per_turn, per_px, left)
+        return Sample(ring_pixels.pixels, chosen[:count], value, per_turn, per_px, left)
+
+    def rounds(
+        self, ring_pixels: RingPixels, exposure: Exposure, stale: Mask = NONE_STALE
+    ) -> Rounds:
+        """The steps of a fit of the angle to the pixels that ``at`` gives."""
+        model = self._compiled(ring_pixels, exposure, stale)
+        beside = lattice_of(self.grid), self._room(ring_pixels)
+        return Rounds(_rounds, (*model, *beside), ring_pixels.pixels)
+
+    def _room(self, ring_pixels: RingPixels) -> int:
+        """At most so many of the pixels hold information on the angle."""
+        return min(int(_ROOM * self.area_px), ring_pixels.pixels.index.size // 2) + 1
+
+    def _compiled(
+        self, ring_pixels: RingPixels, exposure: Exposure, stale: Mask
+    ) -> tuple[Any, ...]:
+        """What compiled passes take, but for the lattice."""
+        pixels = ring_pixels.pixels
+        return (
+            self.coefficients, self.used, self.bench.reshape(-1), self._runs,
+            (exposure.parts_rad / self.grid.step_rad).astype(np.float32), motion_of(exposure),
+            ring_pixels.start, pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index, stale,
+        )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rounds(  # type: ignore[no-untyped-def]
+    coefficients, used, bench, runs, parts, motion, start, phi, radius, delay, index, stale,
+    lattice, room, picture, state, aims, light,
+):  # fmt: skip
+    """As ``Rounds.loop``."""
+    chosen = np.empty(room, np.intp)
+    out = np.empty((3, room), np.float32)
+    while True:
+        count, left = _layered(
+            coefficients, used, bench, runs, parts, motion, start, phi, radius, delay, index, stale,
+            turned(lattice, state[0], motion), chosen, out,
+        )  # fmt: skip
+        found = step(
+            picture, index, radius, NO_DIRECTIONS, chosen[:count], out[:, :count], state, aims,
+            light,
+        )  # fmt: skip
+        if state[-1] != GOES_ON:
+            return chosen[:count], out[:, :count], left, found
 
 
 # Not all of fastmath: unknown background is NaN.
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
 def _layered(  # type: ignore[no-untyped-def]
-    coefficients, used, bench, runs, start, phi, radius, delay, index, stale, place, motion, parts,
+    coefficients, used, bench, runs, parts, motion, start, phi, radius, delay, index, stale, place,
     chosen, out,
 ):  # fmt: skip
     """Value and slopes, means over equal stretches ``parts``, at the pixels that show cells in use

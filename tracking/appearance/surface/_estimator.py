@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +12,13 @@ from servosight.tracking.appearance.surface._surface import Surface
 from servosight.tracking.core import Exposure
 from servosight.tracking.fit import (
     AngleFit,
+    LastStep,
     Pixels,
     RingPixels,
-    Sample,
     gauss_newton,
+    judged_fit,
+    sensitive,
     stale,
-    turn,
 )
 
 # A fit with less than this share of the learnt frames' correlation, or of pixels that pass the
@@ -65,25 +65,40 @@ class SurfaceEstimator:
 
         Pixels that are ``copied`` are left out where the others determine the angle.
         """
+        old, share = self.old(angle_rad, exposure, copied)
+        fitted = self._fitted(picture, angle_rad, exposure, old)
+        return None if fitted is None else replace(sensitive(*fitted), copied_share=share)
+
+    def plain_fit_near(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask
+    ) -> AngleFit | None:
+        """As ``fit_near`` without the pixels that are ``old``, and without its sensitivity to
+        errors of pivot and plane."""
+        fitted = self._fitted(picture, angle_rad, exposure, old)
+        return None if fitted is None else fitted[0]
+
+    def old(self, angle_rad: float, exposure: Exposure, copied: Mask | None) -> tuple[Mask, float]:
+        """As ``stale`` of the surface at an angle."""
         model = self.surface.blurred(exposure.turn_rad)
-        old, share = stale(lambda: model.at(self.few, angle_rad, exposure), copied)
+        return stale(lambda: model.at(self.few, angle_rad, exposure), copied)
 
-        def on(pixels: RingPixels) -> Callable[[float], Sample]:
-            return lambda angle: model.at(pixels, angle, exposure, old)
-
+    def _fitted(
+        self, picture: Image, angle_rad: float, exposure: Exposure, old: Mask
+    ) -> tuple[AngleFit, LastStep] | None:
+        model = self.surface.blurred(exposure.turn_rad)
         # What a codec made of the picture before converges slowly: first on few pixels.
-        if (
-            copied is not None
-            and self.few.pixels.index.size * _FEWER < self.pixels.pixels.index.size
-        ):
-            rough = gauss_newton(on(self.few), turn, picture, angle_rad, exact=0.3)
+        if old.size and self.few.pixels.index.size * _FEWER < self.pixels.pixels.index.size:
+            few = model.rounds(self.few, exposure, old)
+            rough = gauss_newton(few, picture, angle_rad, exact=0.3)
             angle_rad = angle_rad if rough is None else rough.angle_rad
-        fit = gauss_newton(on(self.pixels), turn, picture, angle_rad, exact=self.exact)
-        if fit is None or not likely(fit, self.surface.correlation):
+        whole = model.rounds(self.pixels, exposure, old)
+        ended = gauss_newton(whole, picture, angle_rad, exact=self.exact)
+        fit = None if ended is None else judged_fit(ended)
+        if ended is None or fit is None or not likely(fit, self.surface.correlation):
             return None
-        whole = max(self.surface.area_px(model.columns), 1.0)
-        in_view = float(np.clip(fit.pixels * self.every / whole, 0.0, 1.0))
-        return replace(fit, in_view=in_view, copied_share=share)
+        area = max(self.surface.area_px(model.columns), 1.0)
+        in_view = float(np.clip(fit.pixels * self.every / area, 0.0, 1.0))
+        return replace(fit, in_view=in_view), ended
 
     def search(self, picture: Image, centre_rad: float, half_rad: float) -> float:
         """The most likely angle [rad] within ``centre_rad`` +- ``half_rad``."""

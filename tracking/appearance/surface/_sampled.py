@@ -1,4 +1,4 @@
-"""The spline of a learnt surface at the pixels of a picture that it covers."""
+"""The spline of a learnt surface at the pixels of a picture that it covers, and fits of it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,19 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Mask, Single
 from servosight.tracking.core import Exposure, slopes, weights
-from servosight.tracking.fit import PolarGrid, RingPixels, Sample, stretch, turned_lattice
+from servosight.tracking.fit import (
+    GOES_ON,
+    NO_DIRECTIONS,
+    PolarGrid,
+    RingPixels,
+    Rounds,
+    Sample,
+    lattice_of,
+    motion_of,
+    step,
+    stretch,
+    turned,
+)
 
 
 def sampled(
@@ -23,20 +35,56 @@ def sampled(
     left out, and so are those that are ``stale``, by their place in the flattened picture.
     """
     pixels = ring_pixels.pixels
-    place, motion = turned_lattice(grid, angle_rad, exposure)
+    motion = motion_of(exposure)
     half = 0.5 * exposure.turn_rad / grid.step_rad
     chosen = np.empty(pixels.index.size // 2 + 1, np.intp)
     out = np.empty((3, chosen.size), np.float32)
     count, left = _sampled(
-        coefficients, reach, runs, ring_pixels.start, pixels.phi_rad, pixels.radius_px,
-        pixels.delay, pixels.index, stale, motion, place, half, chosen, out,
+        coefficients, reach, runs, half, motion, ring_pixels.start, pixels.phi_rad,
+        pixels.radius_px, pixels.delay, pixels.index, stale,
+        turned(lattice_of(grid), angle_rad, motion), chosen, out,
     )  # fmt: skip
     return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count], left)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def rounds(
+    grid: PolarGrid, coefficients: Single, reach: Single, runs: NDArray[np.intp],
+    ring_pixels: RingPixels, exposure: Exposure, stale: Mask, shifted: bool,
+) -> Rounds:  # fmt: skip
+    """The steps of a fit of what ``sampled`` evaluates; its shift is free if ``shifted``."""
+    pixels = ring_pixels.pixels
+    half = 0.5 * exposure.turn_rad / grid.step_rad
+    model = (
+        coefficients, reach, runs, half, motion_of(exposure), ring_pixels.start, pixels.phi_rad,
+        pixels.radius_px, pixels.delay, pixels.index, stale, lattice_of(grid),
+        pixels.outwards if shifted else NO_DIRECTIONS,
+    )  # fmt: skip
+    return Rounds(_rounds, model, pixels)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rounds(  # type: ignore[no-untyped-def]
+    coefficients, reach, runs, half, motion, start, phi, radius, delay, index, stale, lattice,
+    outwards, picture, state, aims, light,
+):  # fmt: skip
+    """As ``Rounds.loop``."""
+    chosen = np.empty(index.size // 2 + 1, np.intp)
+    out = np.empty((3, chosen.size), np.float32)
+    while True:
+        count, left = _sampled(
+            coefficients, reach, runs, half, motion, start, phi, radius, delay, index, stale,
+            turned(lattice, state[0], motion), chosen, out,
+        )  # fmt: skip
+        found = step(
+            picture, index, radius, outwards, chosen[:count], out[:, :count], state, aims, light
+        )
+        if state[-1] != GOES_ON:
+            return chosen[:count], out[:, :count], left, found
+
+
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _sampled(  # type: ignore[no-untyped-def]
-    coefficients, reach, runs, start, phi, radius, delay, index, stale, motion, place, half, chosen,
+    coefficients, reach, runs, half, motion, start, phi, radius, delay, index, stale, place, chosen,
     out,
 ):  # fmt: skip
     """Value and slopes at the pixels well inside that are not stale; returns how many, their places

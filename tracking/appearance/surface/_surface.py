@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
 from servosight.tracking.appearance.surface._average import average, spline_of, swept
-from servosight.tracking.appearance.surface._sampled import sampled
+from servosight.tracking.appearance.surface._sampled import rounds, sampled
 from servosight.tracking.core import STILL, Exposure, smeared, threaded, turning
 from servosight.tracking.fit import (
     NONE_STALE,
@@ -21,11 +21,12 @@ from servosight.tracking.fit import (
     Pixels,
     PolarGrid,
     RingPixels,
+    Rounds,
     Sample,
     gauss_newton,
+    judged_fit,
     runs_of,
     spacing,
-    turn_and_shift,
 )
 
 _SPACING_PX = 0.8
@@ -79,18 +80,21 @@ class Surface:
         return np.asarray(ndimage.correlate1d(along, kernel, axis=1, mode="mirror"))
 
     @cached_property
-    def _areas_px(self) -> Array:
+    def _areas_px(self) -> list[float]:
         """Pixels covered by the cells that lie more than 0, 1, 2... half columns inside."""
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
         cell = np.broadcast_to(radius * self.grid.step_px * self.grid.step_rad, self.reach.shape)
         inside = np.bincount(np.ceil(2 * self.reach).astype(np.intp).ravel(), cell.ravel())
-        return np.asarray(np.cumsum(inside[::-1])[::-1][1:])
+        areas: list[float] = np.cumsum(inside[::-1])[::-1][1:].tolist()
+        return areas
 
     def area_px(self, columns: float) -> float:
         """Pixels that it covers in a picture, less the uncertain ones at ``columns`` of blur."""
-        if not self._areas_px.size:  # no cell lies inside: a part narrower than two columns
-            return 0.0
-        return float(np.interp(columns, np.arange(self._areas_px.size), self._areas_px, right=0))
+        known = self._areas_px
+        first = int(columns)
+        if first >= len(known) - 1:  # none are left, as in a part narrower than two columns
+            return known[-1] if columns == len(known) - 1 else 0.0
+        return known[first] + (columns - first) * (known[first + 1] - known[first])
 
     def few_pixels(self, shape: tuple[int, ...]) -> Pixels:
         """A table of few pixels: enough to find the surface."""
@@ -143,6 +147,17 @@ class BlurredSurface:
         own = self.surface
         return sampled(
             own.grid, self.coefficients, own.reach, own.runs, pixels, angle_rad, exposure, stale
+        )
+
+    def rounds(
+        self, pixels: RingPixels, exposure: Exposure = STILL, stale: Mask = NONE_STALE,
+        shifted: bool = False,
+    ) -> Rounds:  # fmt: skip
+        """The steps of a fit of it to the pixels that ``at`` gives, its shift free if
+        ``shifted``."""
+        own = self.surface
+        return rounds(
+            own.grid, self.coefficients, own.reach, own.runs, pixels, exposure, stale, shifted
         )
 
 
@@ -290,13 +305,11 @@ def learn(
 
 def _fits(surface: Surface, images: Sequence[Image], angles_rad: Array) -> list[AngleFit | None]:
     pixels = surface.pixels(images[0].shape, 1 + int(surface.area_px(0.0) / _LEARNT_PIXELS))
-    still = surface.blurred(0.0)
+    free = surface.blurred(0.0).rounds(pixels, shifted=True)
 
     def fitted(number: int) -> AngleFit | None:
-        start_rad = float(angles_rad[number])
-        return gauss_newton(
-            lambda a: still.at(pixels, a), turn_and_shift, images[number], start_rad
-        )
+        ended = gauss_newton(free, images[number], float(angles_rad[number]))
+        return None if ended is None else judged_fit(ended)
 
     return threaded(fitted, range(len(images)))
 

@@ -7,12 +7,12 @@ it is known how much. Learnt from all calm ones, exposures came out up to a thir
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from servosight.models.core import Array, Image
+from servosight.models.core import Array, Image, Mask
 from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.calibration.shutter._estimate import (
     LEAST,
@@ -24,8 +24,8 @@ from servosight.tracking.calibration.shutter._estimate import (
     usual_speed,
 )
 from servosight.tracking.calibration.shutter._steady import steady_shear
-from servosight.tracking.core import Exposure, Shutter, Shutters, local_motion, threaded
-from servosight.tracking.fit import TrackedFrame
+from servosight.tracking.core import STILL, Exposure, Shutter, Shutters, local_motion, threaded
+from servosight.tracking.fit import NONE_STALE, TrackedFrame
 
 _FRAMES = 24
 _PACE_PX = (
@@ -39,11 +39,13 @@ _SURE = 0.05  # of the frame time: so well none is known whatever shears the pic
 
 @dataclass(frozen=True)
 class _Moving:
-    """A frame with its speed [rad/s] and acceleration [rad/s^2]."""
+    """A frame with its speed [rad/s] and acceleration [rad/s^2], and which of its pixels are
+    ``old``."""
 
     seen: TrackedFrame
     speed: float
     acceleration: float
+    old: Mask = field(default_factory=lambda: NONE_STALE)
 
     def start_rad(self, motion: Exposure) -> float:
         """About the angle in the middle row: that of a fit without motion is the angle at the time
@@ -82,7 +84,8 @@ def find_shutter(
         ),
         exact=_EXACT,
     )
-    fast = [fast[n] for n in faster(np.array([one.speed for one in fast]), learnt)]
+    which = faster(np.array([one.speed for one in fast]), learnt)
+    fast = [_without_old(fast[n], still) for n in which]
     rough = still.thinned(_THINNED)
 
     def left(by: SurfaceEstimator, steady_rad: float, shutter: Shutter) -> Array:
@@ -115,6 +118,11 @@ def _moving(run: Sequence[TrackedFrame]) -> list[_Moving]:
     return found
 
 
+def _without_old(one: _Moving, refine: SurfaceEstimator) -> _Moving:
+    """The frame with what it shows of the one before it, whatever its exposure is."""
+    return replace(one, old=refine.old(one.seen.angle_rad, STILL, one.seen.copied)[0])
+
+
 def _fastest(moving: Sequence[_Moving], per_speed: float) -> list[_Moving]:
     """Some of the fastest that can be tracked; ``per_speed`` [px s] converts a speed to pixels."""
     paced = [one for one in moving if _PACE_PX[0] < abs(one.speed) * per_speed < _PACE_PX[1]]
@@ -134,7 +142,8 @@ def _left(
         blurred = replace(shutter, exposure_s=share * shutter.exposure_s)
         motion = Exposure.of(one.speed, one.acceleration, blurred)
         motion = replace(motion, per_delay_rad=motion.per_delay_rad + steady_rad)
-        fit = refine.fit_near(one.seen.frame.image, one.start_rad(motion), motion, one.seen.copied)
+        frame = one.seen.frame
+        fit = refine.plain_fit_near(frame.image, one.start_rad(motion), motion, one.old)
         return fit.noise**2 / max(fit.kept, 1e-3) if fit is not None else np.nan
 
     return np.array(threaded(left, moving))

@@ -8,15 +8,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from servosight.tracking.core import inverted, solved
+
 _HUBER = 1.5
 _REJECTED, _REJECTED_STEP = 6.0, 12.0  # of the scale, and grey levels
 _ROUNDS = 6
 _SETTLED_PX = 0.003  # by the farthest cell
 _FARTHEST_RAD, _FARTHEST_PX = np.deg2rad(12.0), 12.0
-_SINGULAR = 1e-12  # what of a pivot's own term elimination may leave
 _USUAL_SHIFT_PX = 3.0  # before the pivot is known
 _BINS, _LARGEST = 4096, 256.0  # of the histogram of residuals: larger ones, in grey levels, alike
 _GAUSSIAN, _LEAST_SCALE = 1.4826, 0.3
+_FAR_OFF2 = 3600.0  # grey levels squared: a larger difference counts no more
+_USED = 0.3  # of its area, the weight of a cell that the model explains
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -130,36 +133,6 @@ def _scale_of(left, count):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _solved(matrix, side, step):  # type: ignore[no-untyped-def]
-    """Whether ``matrix`` (n, n) is regular and positive; ``step`` then solves it with ``side``, by
-    Cholesky's method."""
-    size = side.size
-    lower = np.zeros((size, size))
-    for i in range(size):
-        for j in range(i + 1):
-            rest = matrix[i, j]
-            for m in range(j):
-                rest -= lower[i, m] * lower[j, m]
-            if i == j:
-                if not rest > _SINGULAR * matrix[i, i]:
-                    return False
-                lower[i, i] = np.sqrt(rest)
-            else:
-                lower[i, j] = rest / lower[j, j]
-    for i in range(size):
-        rest = side[i]
-        for m in range(i):
-            rest -= lower[i, m] * step[m]
-        step[i] = rest / lower[i, i]
-    for i in range(size - 1, -1, -1):
-        rest = step[i]
-        for m in range(i + 1, size):
-            rest -= lower[m, i] * step[m]
-        step[i] = rest / lower[i, i]
-    return True
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def least_left(  # type: ignore[no-untyped-def]
     picture, behind, pivot_px, radius_px, directions, cover, level, slopes, start_rad, unknowns,
     held_px2,
@@ -186,14 +159,14 @@ def least_left(  # type: ignore[no-untyped-def]
         weights_of(left, area, scale, weight)
         matrix, side = _normal_equation(left, rows, weight)
         matrix, side = matrix[:unknowns, :unknowns].copy(), side[:unknowns]
-        if not _solved(matrix, side, step):
+        if not solved(matrix, side, step):
             return angle, shift, scale, left, rows, area, still, weight, none
         holding = matrix.copy()
         held = held_px2 * scale**2 / _USUAL_SHIFT_PX**2
         for i in range(1, unknowns):
             side[i] += held * shift[i - 1]
             holding[i, i] += held
-        _solved(holding, side, step)
+        solved(holding, side, step)
         angle -= step[0]
         for i in range(1, unknowns):
             shift[i - 1] -= step[i]
@@ -203,3 +176,104 @@ def least_left(  # type: ignore[no-untyped-def]
         if abs(step[0]) * farthest < _SETTLED_PX:
             break
     return angle, shift, scale, left, rows, area, still, weight, matrix
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pose_of(  # type: ignore[no-untyped-def]
+    picture, behind, pivot_px, radius_px, directions, cover, level, slopes, block, ahead, start_rad,
+    unknowns, held_px2, step_rad,
+):  # fmt: skip
+    """Whether the fit from an angle converged, and what ``PoseFit`` says of it, in its order.
+
+    ``block`` (cells,) numbers the cells by their place, ``ahead`` (cells,) marks the leading ones;
+    a cell is ``step_rad`` wide.
+    """
+    angle, shift, scale, left, rows, area, still, weight, normal = least_left(
+        picture, behind, pivot_px, radius_px, directions, cover, level, slopes, start_rad, unknowns,
+        held_px2,
+    )  # fmt: skip
+    covariance = np.zeros((3, 3))
+    if normal.size == 0:
+        none = 0.0
+        return False, (
+            angle, shift, covariance, none, none, scale, none, none, none, none, none,
+        )  # fmt: skip
+    turn_x, turn_y = np.cos(angle), np.sin(angle)
+    score = np.zeros((unknowns, block.max() + 1))
+    all_held = all_area = known = x_turn = y_turn = y_mean = 0.0
+    inside = model = plain = explained = 0.0
+    pull, hold, influence = np.zeros(2), np.zeros(2), np.zeros(unknowns)
+    for n in range(left.size):
+        own = weight[n] * left[n]
+        for a in range(unknowns):
+            score[a, block[n]] += rows[a, n] * own
+        turn = rows[0, n] * weight[n]
+        held = rows[0, n] * turn
+        all_held += held
+        x_turn, y_turn = x_turn + rows[1, n] * turn, y_turn + rows[2, n] * turn
+        y_mean += held * (
+            pivot_px[1] - radius_px[n] * (directions[1, n] * turn_x + directions[0, n] * turn_y)
+        )
+        all_area += area[n] * rows[0, n] * rows[0, n]
+        half = 0 if ahead[n] else 1
+        pull[half] += turn * left[n]
+        hold[half] += held
+        if cover[n] > 0.5:
+            inside += area[n]
+            model += area[n] * min(left[n] * left[n], _FAR_OFF2)
+            plain += area[n] * min(still[n] * still[n], _FAR_OFF2)
+            known += area[n] if weight[n] > _USED * area[n] else 0.0
+    inverse = np.empty_like(normal)
+    inverted(normal, inverse)
+    for place in range(score.shape[1]):  # White's sandwich (1980), by clusters
+        for a in range(unknowns):
+            influence[a] = 0.0
+            for b in range(unknowns):
+                influence[a] += inverse[a, b] * score[b, place]
+        for a in range(unknowns):
+            for b in range(unknowns):
+                covariance[a, b] += influence[a] * influence[b]
+    explained = 1.0 - model / max(plain, 1e-9)
+    sides = pull[1] / max(hold[1], 1e-9) - pull[0] / max(hold[0], 1e-9)
+    per_px = np.hypot(x_turn, y_turn) / max(all_held, 1e-9)
+    per_left = np.sqrt(plain / max(all_area, 1e-9))
+    return True, (
+        angle, shift, covariance, known / max(inside, 1e-9), explained, scale, sides, per_px,
+        per_left, y_mean / max(all_held, 1e-9), step_rad * (plain - model),
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def squares_of(  # type: ignore[no-untyped-def]
+    picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle_rad, turn_rad,
+    held_px2,
+):  # fmt: skip
+    """The squared residuals (cells,) of a picture fitted from an angle, large ones limited; NaN
+    where it does not fit, and beyond the picture.
+
+    As a rolling shutter shows the part that turns by ``turn_rad`` from the first row's time to the
+    last one's; its angle is that at the middle row's.
+    """
+    if turn_rad != 0.0:
+        turn_x, turn_y = np.cos(angle_rad), np.sin(angle_rad)
+        late = np.empty_like(directions)
+        for n in range(radius_px.size):
+            cos, sin = directions[0, n], directions[1, n]
+            y = pivot_px[1] - radius_px[n] * (sin * turn_x + cos * turn_y)
+            own = turn_rad * (y / max(behind.shape[0] - 1, 1) - 0.5)
+            late[0, n] = cos * np.cos(own) - sin * np.sin(own)
+            late[1, n] = sin * np.cos(own) + cos * np.sin(own)
+        directions = late
+    angle, shift, _, left, rows, area, still, _, normal = least_left(
+        picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle_rad, 1,
+        held_px2,
+    )  # fmt: skip
+    if normal.size == 0:
+        return np.full(radius_px.size, np.nan)
+    _residuals(
+        picture, behind, pivot_px, radius_px, directions, cover, level, slopes, angle, shift,
+        left, rows, area, still,
+    )  # fmt: skip
+    for n in range(left.size):
+        left[n] = min(left[n] * left[n], _FAR_OFF2) if area[n] > 0.0 else np.nan
+    return left

@@ -6,13 +6,13 @@ it does not cover is the background. A plain bar is located by its edges against
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from servosight.models.core import Array, Single
-from servosight.tracking.composite.model._cells import least_left, residuals, weights_of
+from servosight.models.core import Array, Mask, Single
+from servosight.tracking.composite.model._cells import pose_of, residuals, squares_of, weights_of
 from servosight.tracking.composite.model._raster import PartRaster
 from servosight.tracking.core import Index, threaded, turning
 from servosight.tracking.verification import PolarView
@@ -21,7 +21,6 @@ _COMMON_PX = 0.1
 _CORRELATED_PX2 = 20.0  # of residuals
 _BLOCK_PX = 8  # along a side: a block of the codec, over which residuals are correlated
 _MOST_CELLS = 20_000
-_FAR_OFF2 = 3600.0  # grey levels squared: a larger difference counts no more
 _LEAST_EXPLAINED, _LEAST_KEPT = 0.3, 0.35
 
 
@@ -48,8 +47,8 @@ class PoseFit:
     sides_rad: float
     per_px_rad: float
     per_left_rad: float
-    row_px: float = 0.0
-    gain: float = 0.0
+    row_px: float
+    gain: float
 
     @property
     def sigma_rad(self) -> float:
@@ -114,47 +113,16 @@ class CompositeModel:
             step * every, raster.grain,
         )  # fmt: skip
 
-    def sheared(self, angle_rad: float, turn_rad: float) -> CompositeModel:
-        """As a rolling shutter shows it that turns by ``turn_rad`` from the first row's time to the
-        last one's; its angle is that at the middle row's."""
-        y = self.pivot_px[1] - self.radius_px * np.sin(self.phi_rad + angle_rad)
-        late = y / max(self.behind.shape[0] - 1, 1) - 0.5
-        return replace(self, phi_rad=self.phi_rad + turn_rad * late)
-
     def fit(self, picture: Single, angle_rad: float, shifted: bool = False) -> PoseFit | None:
         """Gauss-Newton from an angle, the shift left at zero unless ``shifted``; None where it
         diverges, or there are no cells."""
         if self.radius_px.size == 0:
             return None
-        unknowns = 3 if shifted else 1
-        angle_rad, shift, scale, left, rows, area, still, weight, normal = least_left(
-            picture, *self._cells, angle_rad, unknowns,
-            _CORRELATED_PX2 * self.grain**2 / self.step_rad,
+        converged, told = pose_of(
+            picture, *self._cells, self.block, self._ahead, angle_rad, 3 if shifted else 1,
+            self._held_px2, self.step_rad,
         )  # fmt: skip
-        if not normal.size:
-            return None
-        turn = rows[0] * weight
-        per_px = np.hypot(*(rows[1:] @ turn)) / max(float(rows[0] @ turn), 1e-9)
-        inverse, rows = np.linalg.inv(normal), rows[:unknowns]
-        score = np.stack([np.bincount(self.block, row) for row in rows * (weight * left)])
-        covariance = np.zeros((3, 3))
-        covariance[:unknowns, :unknowns] = inverse @ (score @ score.T) @ inverse
-        inside = area * (self.cover > 0.5)
-        model = float(inside @ np.minimum(left**2, _FAR_OFF2))
-        plain = float(inside @ np.minimum(still**2, _FAR_OFF2))
-        kept = float(inside @ (weight > 0.3 * area)) / max(float(inside.sum()), 1e-9)
-        explained = 1.0 - model / max(plain, 1e-9)
-        holds = turn * rows[0]
-        sides = self._sides(turn * left, holds)
-        per_left = np.sqrt(plain / max(float(area @ rows[0] ** 2), 1e-9))
-        directions = self._cells[3]
-        sin = directions[1] * np.cos(angle_rad) + directions[0] * np.sin(angle_rad)
-        y = self.pivot_px[1] - self.radius_px * sin
-        return PoseFit(
-            angle_rad, shift, covariance, kept, explained, scale, sides, float(per_px),
-            float(per_left), float(holds @ y / max(float(holds.sum()), 1e-9)),
-            self.step_rad * (plain - model),
-        )  # fmt: skip
+        return PoseFit(*told) if converged else None
 
     def left(self, picture: Single, fit: PoseFit) -> tuple[Array, Array, Array]:
         """What a fit leaves of a picture (cells,), its slopes by angle [1/rad] and shift [1/px]
@@ -164,14 +132,17 @@ class CompositeModel:
         weights_of(left, area, fit.noise, weight)
         return left, rows, weight
 
-    def squares(self, picture: Single, angle_rad: float) -> Array:
+    def squares(self, picture: Single, angle_rad: float, turn_rad: float = 0.0) -> Array:
         """The squared residuals (cells,) of a picture fitted from an angle, large ones limited; NaN
-        where it does not fit, and beyond the picture."""
-        fit = self.fit(picture, angle_rad)
-        if fit is None:
-            return np.full(self.radius_px.size, np.nan)
-        left, _, area, _ = residuals(picture, *self._cells, fit.angle_rad, fit.shift_px)
-        return np.where(area > 0.0, np.minimum(left**2, _FAR_OFF2), np.nan)
+        where it does not fit, and beyond the picture.
+
+        As a rolling shutter shows the part that turns by ``turn_rad`` from the first row's time to
+        the last one's; its angle is that at the middle row's.
+        """
+        if self.radius_px.size == 0:
+            return np.empty(0)
+        found: Array = squares_of(picture, *self._cells, angle_rad, turn_rad, self._held_px2)
+        return found
 
     def fits(
         self, pictures: Single, angle_rad: Array, shifted: bool = False
@@ -183,11 +154,10 @@ class CompositeModel:
 
         return threaded(fitted, range(len(pictures)))
 
-    def _sides(self, pull: Array, hold: Array) -> float:
-        """The difference of the angles that both halves of the cells give, from their terms of the
-        normal equation (cells,)."""
-        steps = [-float(pull @ half) / max(float(hold @ half), 1e-9) for half in self._halves]
-        return float(steps[0] - steps[1])
+    @property
+    def _held_px2(self) -> float:
+        """How large the cells are over which residuals are correlated."""
+        return _CORRELATED_PX2 * self.grain**2 / self.step_rad
 
     @cached_property
     def _cells(self) -> tuple[Single, tuple[float, float], Array, Array, Array, Array, Array]:
@@ -199,12 +169,11 @@ class CompositeModel:
         )  # fmt: skip
 
     @cached_property
-    def _halves(self) -> tuple[Array, Array]:
-        """1 for the cells ahead of the direction of the part's middle, and for the others."""
+    def _ahead(self) -> Mask:
+        """The cells ahead of the direction of the part's middle."""
         weight = self.cover * self.radius_px**2
         cos, sin = self._cells[3]
-        ahead = (sin * (weight @ cos) - cos * (weight @ sin) > 0.0).astype(np.float64)
-        return ahead, 1.0 - ahead
+        return np.asarray(sin * (weight @ cos) - cos * (weight @ sin) > 0.0)
 
 
 def pivot_step(angle_rad: Array, shifts_px: Array, covariances: Array) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ import pytest
 
 from servosight.models.core import Image
 from servosight.tracking.appearance.surface import Surface, search, single
-from servosight.tracking.fit import AngleFit, PolarGrid, gauss_newton, turn
+from servosight.tracking.fit import AngleFit, PolarGrid, gauss_newton, judged_fit
 
 PIVOT_PX = (100.0, 90.0)
 REACH_PX = 70.0
@@ -48,13 +48,12 @@ def test_a_fit_ends_at_the_same_angle_from_a_start_far_off(
 ) -> None:
     """In other light, from 1.8 px off at the rim as from the truth: to a third of sigma."""
     picture = turned(20.0, gain=0.6, offset=40.0)
-    pixels, still = surface.pixels(SHAPE), surface.blurred(0.0)
+    rounds = surface.blurred(0.0).rounds(surface.pixels(SHAPE))
 
     def fitted(angle_deg: float) -> AngleFit:
-        start = np.deg2rad(angle_deg)
-        fit = gauss_newton(lambda a: still.at(pixels, a), turn, picture, start, least=1)
-        assert fit is not None
-        return fit
+        ended = gauss_newton(rounds, picture, np.deg2rad(angle_deg), least=1)
+        assert ended is not None
+        return judged_fit(ended)
 
     near, far = fitted(20.0), fitted(20.0 + start_deg)
     assert abs(far.angle_rad - near.angle_rad) < near.sigma_rad / 3.0

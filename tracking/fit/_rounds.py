@@ -1,0 +1,135 @@
+"""The steps of a fit of one picture, compiled: a model's own loop samples it, and calls ``step``.
+
+As one call that holds no lock from the first step to the last: fits of several pictures in threads
+then do not wait for each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from servosight.models.core import Array, Single
+from servosight.tracking.core import inverted
+from servosight.tracking.fit._kernels import equations
+from servosight.tracking.fit._polar import Pixels
+
+LEAST_PIXELS = 60
+_ITERATIONS = 12
+_CLEAR = 0.98  # of the pixels within the gate: nothing covers them
+_FARTHEST_RAD = 0.35  # from the start, within which a fit converges
+_SHRINK = 0.03  # of a step near the answer, the next one
+_LEAST_TURN_RAD = 1e-7
+
+NO_DIRECTIONS: Single = np.empty((2, 0), np.float32)
+"""In place of ``Pixels.outwards`` where the pivot is known."""
+
+_kernel = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@dataclass(frozen=True)
+class Rounds:
+    """A model's compiled loop, and what it takes of the model and of a picture's ``pixels``.
+
+    ``loop(*model, picture, state, aims, light)`` samples the model at the angle ``state[0]`` and
+    calls ``step`` until ``state[-1]`` is no longer ``GOES_ON``. It returns the last sample, its
+    pixels' places in the table, its value and slopes (3, pixels) and the number of pixels left out,
+    and what ``step`` does.
+    """
+
+    loop: Callable[..., Any]
+    model: tuple[Any, ...]
+    pixels: Pixels
+
+
+GOES_ON, SETTLED, FAILED = 0.0, 1.0, 2.0
+
+
+def state_at(angle_rad: float) -> Array:
+    """What a fit from an angle starts with: the angle, that of the start, the size of the last
+    step, how many were made, and how it goes on."""
+    return np.array([angle_rad, angle_rad, np.inf, 0.0, GOES_ON])
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _motion_rows(chosen, out, radius, outwards):  # type: ignore[no-untyped-def]
+    """Change of each pixel with the surface's angle and, where ``outwards`` holds the pixels'
+    directions, with its shift along x and along y; (1 or 3, pixels)."""
+    shifted = outwards.shape[1] > 0
+    rows = np.empty((3 if shifted else 1, chosen.size), np.float32)
+    for i in range(chosen.size):
+        rows[0, i] = out[1, i]
+        if shifted:
+            here = chosen[i]
+            cos, sin = outwards[0, here], outwards[1, here]
+            along = -out[1, i] / radius[here]
+            rows[1, i] = along * sin - out[2, i] * cos
+            rows[2, i] = along * cos + out[2, i] * sin
+    return rows
+
+
+@_kernel
+def _solved(matrix, right, power, used):  # type: ignore[no-untyped-def]
+    """Inverse of the normal matrix, solution, and the noise that it leaves of a pixel of weight 1;
+    an empty inverse where too few pixels pass the gate, or they do not determine the unknowns."""
+    inverse, solution = np.empty_like(matrix), np.zeros_like(right)
+    if used < LEAST_PIXELS or not inverted(matrix, inverse):
+        return np.empty((0, 0)), solution, 0.0
+    taken = 0.0
+    for a in range(right.size):
+        for b in range(right.size):
+            solution[a] += inverse[a, b] * right[b]
+        taken += right[a] * solution[a]
+    return inverse, solution, np.sqrt(max(power - taken, 0.0) / used)
+
+
+@_kernel
+def _moved(state, aims, turn, sigma, clear):  # type: ignore[no-untyped-def]
+    """Bring ``state`` up to date with a step by ``turn``, of an angle with this ``sigma``."""
+    before = state[2]
+    state[0] += turn
+    state[2] = max(abs(turn), 1e-12)
+    if abs(state[0] - state[1]) > _FARTHEST_RAD:
+        state[4] = FAILED
+        return
+    first = state[3] == 1.0
+    # Steps shrink by about the same factor: stop where the next one is negligible.
+    shrink = _SHRINK if first else min(abs(turn) / before, 1.0)
+    exact = abs(turn) * shrink < max(aims[1] * sigma, _LEAST_TURN_RAD)
+    # The first step is biased where something covers a part.
+    enough = state[3] >= aims[0] and (clear or not first)
+    if state[3] >= _ITERATIONS or (enough and exact):
+        state[4] = SETTLED
+
+
+@_kernel
+def step(picture, index, radius, outwards, chosen, out, state, aims, light):  # type: ignore[no-untyped-def]
+    """One weighted least-squares step for gain, offset and motion; ``state`` is brought up to date.
+
+    ``picture`` is flattened; ``index`` and ``radius`` (pixels,) and ``outwards`` are those of the
+    table, ``chosen`` places in it, ``out`` (3, chosen) value and slopes there. ``aims`` are the
+    number of steps at least, the share of sigma to which the angle is to be exact, and 1 where the
+    light is not known at first; ``light`` as in ``equations``. Returns grey levels, rows and
+    weights of the pixels, the normal matrix, what ``_solved`` makes of it, and the numbers of
+    pixels within the gate and neither black nor white.
+    """
+    state[3] += 1.0
+    motion = _motion_rows(chosen, out, radius, outwards)
+    darker = state[3] == 1.0 and aims[2] > 0.0
+    seen, rows, weight, used, inside, matrix, right, power = equations(
+        picture, index, chosen, out[0], motion, light, darker
+    )
+    inverse, solution, noise = _solved(matrix, right, power, used)
+    if inverse.size == 0:
+        state[4] = FAILED
+    else:
+        # The slopes were those of the assumed gain.
+        slopes = min(max(light[0] / max(solution[0], 1e-3), 0.5), 2.0)
+        light[0], light[1] = solution[0], solution[1]
+        sigma = np.sqrt(inverse[2, 2]) * noise
+        _moved(state, aims, slopes * solution[2], sigma, used > _CLEAR * inside)
+    return seen, rows, weight, matrix, inverse, solution, noise, used, inside
