@@ -34,7 +34,7 @@ _SAMPLE = 48
 _BIN = 2
 _LEAST_STEP = 15.0  # grey levels
 _LEAST_PX, _MOST_PX = 4, 3000
-_ALIKE = 0.85  # correlation with a pattern in the sampled frames
+_ALIKE = 0.85  # correlation with a pattern in the sampled frames, and by whole offsets
 _FITS = 0.93  # the same at the full rate
 _TRIES = 6
 _FRAMES = 600
@@ -231,7 +231,8 @@ def _offset(
     """Offset, sigma [s] and correlation of rows' brightness (rows, frames) with a pattern.
 
     Each row has its own dark level and gain. The offset is the mean of its likelihood: where the
-    edge lies between two exposures, it is the middle of the possible range.
+    edge lies between two exposures, it is the middle of the possible range. A pattern that the
+    brightness hardly follows is not looked at closely.
     """
     frame_s = float(np.median(np.diff(opens_s[0])))
     wide = _offsets(pattern, opens_s[0], assumed_s, 0.25 * frame_s)
@@ -242,8 +243,9 @@ def _offset(
     step = 1.2 * frame_s
     sigma = step
     total = float(((level - level.mean(1, keepdims=True)) ** 2).sum())
-    if total == 0.0:
-        return best, sigma, 0.0
+    coarse = _correlation(float(residual.min()), level.shape[1] * float(level.mean(0).var()))
+    if coarse < _ALIKE:
+        return best, sigma, coarse
     least = 1.0
     for _ in range(4):
         tries = best + np.linspace(-step, step, _FINE)
@@ -254,7 +256,12 @@ def _offset(
         best = float(weight @ tries / weight.sum())
         sigma = float(np.sqrt(weight @ (tries - best) ** 2 / weight.sum()))
         step = max(6.0 * sigma, 4.0 * step / _FINE)
-    return best, sigma, float(np.sqrt(max(1.0 - least / total, 0.0)))
+    return best, sigma, _correlation(least, total)
+
+
+def _correlation(left: float, total: float) -> float:
+    """The correlation that leaves this of a total of squares; 0 where there is none."""
+    return float(np.sqrt(max(1.0 - left / total, 0.0))) if total > 0.0 else 0.0
 
 
 def _misfit(

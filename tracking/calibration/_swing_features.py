@@ -32,6 +32,7 @@ def feature_tracks(images: Sequence[Image], features: Features) -> Tracks | None
     """Features of one frame matched in the others, where they moved together; None: too few."""
     best: list[tuple[int, Index, Array]] = []
     home = 0
+    features.find(images)
     for reference in sorted({0, len(images) // 2, len(images) // 3}):
         seen = [
             (frame, *pair)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.models.core import Array, Image
+from servosight.tracking.core._parallel import threaded
 from servosight.tracking.core._track import Box
 
 Index = NDArray[np.intp]
@@ -44,6 +45,12 @@ class Features:
         """Of what differs between pictures of one camera position: what rests tells nothing."""
         return cls(changing(images))
 
+    def find(self, images: Sequence[Image]) -> None:
+        """Find the features of several pictures at once."""
+        new = [image for image in images if id(image) not in self._found]
+        for image, found in zip(new, threaded(self._found_in, new), strict=True):
+            self._found[id(image)] = image, *found
+
     def points_px(self, image: Image) -> Array:
         """Where the features of a picture are, x and y; (n, 2)."""
         return self._of(image)[0]
@@ -57,8 +64,7 @@ class Features:
         return self._matches[pair]
 
     def _of(self, image: Image) -> tuple[Array, Any]:
-        if id(image) not in self._found:
-            self._found[id(image)] = image, *self._found_in(image)
+        self.find([image])
         return self._found[id(image)][1:]
 
     def _found_in(self, image: Image) -> tuple[Array, Any]:
