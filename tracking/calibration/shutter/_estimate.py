@@ -157,9 +157,9 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
     """The shutter with the least squared residuals ``left`` (frames,) of the frames.
 
     ``rough`` are less exact ones, and cheaper, for the first steps. Exposure and readout in turn,
-    over a whole frame time and then in finer steps until both converge: a wrong exposure can look
-    like a readout. Where they do not converge, as along a valley without a lowest place, neither is
-    known.
+    over a whole frame time and then in finer steps until both converge, to within what either
+    scatters by: a wrong exposure can look like a readout. Where they do not converge, as along a
+    valley without a lowest place, neither is known.
     """
 
     def readout(at_s: Array, opens_s: float, by: Left = left) -> list[Array]:
@@ -182,7 +182,8 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
         at_s = _about(rolls_s, -frame_s, frame_s)
         rolls_s, rolls_doubt_s = least_residual(at_s, readout(at_s, opens_s))
         moved_s = np.subtract((opens_s, rolls_s), before_s)
-        if np.abs(moved_s).max() < step_s / _FINER:
+        settled_s = np.maximum((opens_doubt_s, rolls_doubt_s), step_s / _FINER)
+        if np.all(np.abs(moved_s) < settled_s):
             return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s, *like)
     unknown = _UNKNOWN * frame_s
     return ShutterEstimate(Shutter(opens_s, rolls_s), unknown, unknown, *like)
@@ -199,7 +200,7 @@ def best_exposure(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
         before_s = opens_s
         at_s = _about(opens_s, 0.0, frame_s)
         opens_s, doubt_s = least_residual(at_s, [left(Shutter(s)) for s in at_s.tolist()])
-        if abs(opens_s - before_s) < frame_s / _STEPS / _FINER:
+        if abs(opens_s - before_s) < max(doubt_s, frame_s / _STEPS / _FINER):
             return ShutterEstimate(Shutter(opens_s), doubt_s, unknown, like, 1.0)
     return ShutterEstimate(Shutter(opens_s), unknown, unknown, like, 1.0)
 
