@@ -39,6 +39,27 @@ class Work:
     _kept: OrderedDict[Key, Answer] = field(default_factory=OrderedDict, repr=False, compare=False)
     _bytes: int = field(default=0, repr=False, compare=False)
 
+    @property
+    def spent(self) -> tuple[int, float]:
+        """The number of simulations and their cost so far."""
+        return self.simulations, self.cost
+
+    def dearness(self, before: tuple[int, float]) -> float:
+        """The cost of a simulation since ``before`` over that of one until then; 1 where there is
+        none.
+
+        >>> work = Work(simulations=100, cost=200.0)
+        >>> before = work.spent
+        >>> work.simulations, work.cost = 102, 220.0
+        >>> work.dearness(before)
+        5.0
+        """
+        count, cost = before
+        later = self.simulations - count
+        if not (count and later and cost > 0.0):
+            return 1.0
+        return (self.cost - cost) / later / (cost / count)
+
     def angles(
         self,
         asked: Hashable,

@@ -47,6 +47,9 @@ from servosight.models.effects import Effect, covered
 
 TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
+# Times the usual cost of a simulation, beyond which a fit without an effect is given fewer of them:
+# where friction chatters without it, one removal took half of what a search may cost.
+_DEAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -241,8 +244,10 @@ class ModelSelection:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
 
         def fit() -> Solution:
-            problem = self.without_effect(base, without)
-            return polish(problem, [point_less(problem, base.fit)], budget)
+            problem, before = self.without_effect(base, without), self.work.spent
+            start = point_less(problem, base.fit)
+            dear = self.work.dearness(before)
+            return polish(problem, [start], int(budget * min(1.0, _DEAR / dear)))
 
         way = f"reduced with {budget} simulations"
         return self.judge(fitted_once(self.fits, way, base, without, fit), budget)

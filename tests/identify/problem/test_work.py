@@ -59,3 +59,13 @@ def test_what_was_asked_least_recently_is_forgotten() -> None:
     for value in (1.0, 2.0, 1.0, 3.0, 1.0, 2.0):
         work.angles("run", np.array([[value, 1.0]]), 2.0, plant)
     assert plant.batches == [[1.0], [2.0], [3.0], [2.0]]
+
+
+def test_simulations_are_dear_beside_those_before() -> None:
+    work, plant = Work(), Plant()
+    work.angles("run", np.array([[1.0, 500.0], [2.0, 500.0]]), 2.0, plant)
+    before = work.spent
+    assert work.dearness(before) == 1.0
+    work.angles("run", np.array([[3.0, 5000.0]]), 2.0, plant)
+    assert work.dearness(before) == pytest.approx(10.0)
+    assert work.dearness((0, 0.0)) == 1.0

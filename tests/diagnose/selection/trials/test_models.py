@@ -140,3 +140,27 @@ def test_models_are_alike_where_the_same_is_held(fits: Fits) -> None:
     more = models.extended(held, "backlash")
     assert models.alike(free) == [free]
     assert models.alike(more) == [held, more]
+
+
+@pytest.mark.parametrize(("times", "allowed"), [(1.0, 150), (4.0, 150), (12.0, 50)])
+def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
+    monkeypatch: pytest.MonkeyPatch, fits: Fits, times: float, allowed: int
+) -> None:
+    """Up to four times the usual cost it has all of its simulations, at twelve times a third."""
+    models, budgets = selection(), []
+    both = models.judge(solution(models.problem(("dead_time", "backlash"))))
+    models.work.simulations, models.work.cost = 100, 200.0
+
+    def dear(problem: Problem, fit: Solution) -> Any:
+        start = solution(problem).outcome.point
+        models.work.simulations, models.work.cost = 102, 200.0 + 2.0 * 2.0 * times
+        return start
+
+    def polish(problem: Problem, starts: Sequence[Any], budget: int) -> Solution:
+        budgets.append(budget)
+        return solution(problem, starts[0])
+
+    monkeypatch.setattr(_models, "point_less", dear)
+    monkeypatch.setattr(_models, "polish", polish)
+    models.reduced(both, "backlash", 150)
+    assert budgets == [allowed]
