@@ -18,7 +18,7 @@ from servosight.tracking.core import inverted
 from servosight.tracking.fit._kernels import equations
 from servosight.tracking.fit._polar import Pixels
 
-LEAST_PIXELS = 60
+_LEAST_PIXELS = 60
 _ITERATIONS = 12
 _CLEAR = 0.98  # of the pixels within the gate: nothing covers them
 _FARTHEST_RAD = 0.35  # from the start, within which a fit converges
@@ -36,9 +36,9 @@ class Rounds:
     """A model's compiled loop, and what it takes of the model and of a picture's ``pixels``.
 
     ``loop(*model, picture, state, aims, light)`` samples the model at the angle ``state[0]`` and
-    calls ``step`` until ``state[-1]`` is no longer ``GOES_ON``. It returns the last sample, its
-    pixels' places in the table, its value and slopes (3, pixels) and the number of pixels left out,
-    and what ``step`` does.
+    calls ``step`` until ``state[-1]`` is no longer ``GOES_ON``. Of the last sample it returns the
+    pixels' places in the table, value and slopes there (3, pixels) and the number of pixels left
+    out; then what ``step`` returns.
     """
 
     loop: Callable[..., Any]
@@ -77,7 +77,7 @@ def _solved(matrix, right, power, used):  # type: ignore[no-untyped-def]
     """Inverse of the normal matrix, solution, and the noise that it leaves of a pixel of weight 1;
     an empty inverse where too few pixels pass the gate, or they do not determine the unknowns."""
     inverse, solution = np.empty_like(matrix), np.zeros_like(right)
-    if used < LEAST_PIXELS or not inverted(matrix, inverse):
+    if used < _LEAST_PIXELS or not inverted(matrix, inverse):
         return np.empty((0, 0)), solution, 0.0
     taken = 0.0
     for a in range(right.size):
