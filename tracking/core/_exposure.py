@@ -99,6 +99,12 @@ class Exposure:
         return self.smear_rad * self.parts_rad.size
 
     @property
+    def by_row(self) -> tuple[float, float, float]:
+        """How far the surface is turned by the time of a row, per delay and its square, and at
+        most, as compiled passes take it."""
+        return self.per_delay_rad, self.bend_rad, self.slack_rad
+
+    @property
     def slack_rad(self) -> float:
         """The largest turn of the surface between the middle row and any other row."""
         return 0.5 * abs(self.per_delay_rad) + 0.25 * abs(self.bend_rad)

@@ -4,7 +4,6 @@ from servosight.tracking.fit._copied import lag as lag
 from servosight.tracking.fit._copied import stale as stale
 from servosight.tracking.fit._fit import AngleFit as AngleFit
 from servosight.tracking.fit._fit import LastStep as LastStep
-from servosight.tracking.fit._fit import correlation as correlation
 from servosight.tracking.fit._fit import gauss_newton as gauss_newton
 from servosight.tracking.fit._fit import judged_fit as judged_fit
 from servosight.tracking.fit._fit import sensitive as sensitive
@@ -18,8 +17,6 @@ from servosight.tracking.fit._polar import PolarGrid as PolarGrid
 from servosight.tracking.fit._polar import Sample as Sample
 from servosight.tracking.fit._polar import spacing as spacing
 from servosight.tracking.fit._rings import RingPixels as RingPixels
-from servosight.tracking.fit._rings import lattice_of as lattice_of
-from servosight.tracking.fit._rings import motion_of as motion_of
 from servosight.tracking.fit._rings import runs_of as runs_of
 from servosight.tracking.fit._rings import stretch as stretch
 from servosight.tracking.fit._rings import turned as turned
@@ -29,7 +26,7 @@ from servosight.tracking.fit._rotation_axis import PoseSensitivity as PoseSensit
 from servosight.tracking.fit._rotation_axis import corrected_angles as corrected_angles
 from servosight.tracking.fit._rotation_axis import rotation_axis as rotation_axis
 from servosight.tracking.fit._rotation_axis import turned_errors as turned_errors
-from servosight.tracking.fit._rounds import GOES_ON as GOES_ON
+from servosight.tracking.fit._rounds import ANGLE as ANGLE
 from servosight.tracking.fit._rounds import NO_DIRECTIONS as NO_DIRECTIONS
 from servosight.tracking.fit._rounds import Rounds as Rounds
 from servosight.tracking.fit._rounds import step as step

@@ -63,7 +63,7 @@ def stale(sample: Callable[[], Sample], copied: Mask | None) -> tuple[Mask, floa
     return (NONE_STALE, share) if share > 1.0 - _LEAST_NEW else (flat, 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _share(marked, index, chosen, per_turn):  # type: ignore[no-untyped-def]
     """The share of the information on the angle that lies in marked pixels."""
     own = total = 0.0

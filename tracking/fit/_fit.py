@@ -11,7 +11,7 @@ from servosight.models.core import Array, Single
 from servosight.tracking.fit._kernels import judged
 from servosight.tracking.fit._polar import Sample
 from servosight.tracking.fit._rotation_axis import PoseSensitivity, pose_sensitivity
-from servosight.tracking.fit._rounds import FAILED, Rounds, state_at
+from servosight.tracking.fit._rounds import Rounds, failed, state_at
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,7 @@ class AngleFit:
     about the middle row, ``delay_spread`` its variance over these pixels.
     Grey levels are ``gain`` times the model's plus ``offset``. ``copied_share`` is the share of
     pixels that a codec copied from the picture before, 0 where there are enough others.
-    ``sensitivity`` is that to errors of pivot and plane, where the sample has its slope along the
-    radius.
+    ``sensitivity`` is that to errors of pivot and plane, where it was asked for.
     """
 
     angle_rad: float
@@ -47,13 +46,6 @@ class AngleFit:
     offset: float = 0.0
     copied_share: float = 0.0
     sensitivity: PoseSensitivity | None = None
-
-
-def correlation(a: Single, b: Single) -> float:
-    """Pearson's correlation of two samples of grey levels; 0 where either is flat."""
-    a, b = a - a.mean(), b - b.mean()
-    aa, bb, ab = (float(np.einsum("i,i", p, q)) for p, q in ((a, a), (b, b), (a, b)))
-    return ab / np.sqrt(aa * bb) if aa * bb > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -95,9 +87,9 @@ def gauss_newton(
     """Fit angle, gain and offset of the light (and the shift, where ``rounds`` leave it free).
 
     Starts at ``angle_rad``. The model is sampled at the picture's own pixels: their residuals are
-    the camera's own noise, not a resampled one. Its variance grows with the
-    grey level g as ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset,
-    where they are known. At least ``least`` steps are made, until the angle is accurate to
+    the camera's own noise, not a resampled one. Its variance grows with the grey level g as
+    ``1 + shot g``, and pixels weigh by its inverse. ``light`` is gain and offset, where they are
+    known. At least ``least`` steps are made, until the angle is accurate to
     ``exact`` of its sigma. Returns None where too few pixels are left, or the iteration diverges.
     """
     gain, offset = light or (1.0, 0.0)
@@ -107,7 +99,7 @@ def gauss_newton(
     chosen, out, left, solved = rounds.loop(
         *rounds.model, np.ascontiguousarray(picture).reshape(-1), state, aims, so_far
     )
-    if state[-1] == FAILED:
+    if failed(state):
         return None
     value, per_turn, per_px = out
     sample = Sample(rounds.pixels, chosen, value, per_turn, per_px, left)

@@ -123,6 +123,7 @@ def pose_slopes(by_turn, by_radius, radius, outwards, farthest, out):  # type: i
         out[5, i] = -near * near * by_radius[i] * sin
 
 
+# It keeps the interpreter's lock: to take it back in threads costs more than it takes.
 @njit(cache=True, error_model="numpy", fastmath=True)
 def judged(seen, rows, weight, solution, inverse, block, delay, chosen):  # type: ignore[no-untyped-def]
     """Sigma of the angle by White's sandwich (1980) and by independent residuals, the rms residual
@@ -163,9 +164,6 @@ def judged(seen, rows, weight, solution, inverse, block, delay, chosen):  # type
         clustered += own * own
     tiles = max(tiles, 2)
     sigma = np.sqrt(clustered * tiles / (tiles - 1))
-    plain, noise, mean = (
-        np.sqrt(inverse[2] * weighed / used),
-        np.sqrt(squares / used),
-        first / worth,
-    )
+    plain, noise = np.sqrt(inverse[2] * weighed / used), np.sqrt(squares / used)
+    mean = first / worth
     return sigma, plain, noise, agreement, mean, max(second / worth - mean * mean, 0.0)

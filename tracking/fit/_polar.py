@@ -52,6 +52,12 @@ class PolarGrid:
         """Radius of the last row."""
         return self.radius_px + (self.rows - 1) * self.step_px
 
+    @property
+    def lattice(self) -> tuple[float, float, float, float]:
+        """What compiled passes take of it: the angle of column 0, columns per radian, the radius of
+        row 0 and rows per pixel."""
+        return self.phi_rad, 1 / self.step_rad, self.radius_px, 1 / self.step_px
+
     def points(self, angle_rad: Array | float) -> tuple[Array, Array]:
         """Where the lattice lies in the plane with the surface at ``angle_rad``: x, y [px].
 

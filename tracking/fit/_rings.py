@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -10,7 +11,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from servosight.models.core import Mask
-from servosight.tracking.core import Exposure
 from servosight.tracking.fit._polar import Pixels, PolarGrid
 
 _GAP = 6  # so many unused cells do not divide a run
@@ -25,6 +25,13 @@ class RingPixels:
 
     pixels: Pixels
     start: NDArray[np.intp]
+
+    @property
+    def compiled(self) -> tuple[Any, ...]:
+        """What compiled passes take of it: the rings' places, and of each pixel polar angle,
+        radius, delay and place in the flattened picture."""
+        table = self.pixels
+        return self.start, table.phi_rad, table.radius_px, table.delay, table.index
 
     @classmethod
     def about(cls, grid: PolarGrid, shape: tuple[int, ...], every: int = 1) -> RingPixels:
@@ -52,23 +59,10 @@ def runs_of(used: Mask) -> NDArray[np.intp]:
     return np.column_stack([row, first - _GAP, np.nonzero(edge < 0)[1] - _GAP - 1])
 
 
-Lattice = tuple[float, float, float, float]
-"""The angle of column 0, columns per radian, the radius of row 0 and rows per pixel."""
-
-
-def lattice_of(grid: PolarGrid) -> Lattice:
-    """A lattice at angle zero, as compiled passes take it."""
-    return grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px
-
-
-def motion_of(exposure: Exposure) -> tuple[float, float, float]:
-    """How pixels are turned by the time of their row, per delay and its square, and at most."""
-    return exposure.per_delay_rad, exposure.bend_rad, exposure.slack_rad
-
-
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def turned(lattice, angle_rad, motion):  # type: ignore[no-untyped-def]
-    """A lattice turned to an angle, on the circle of a table of pixels."""
+    """``PolarGrid.lattice`` turned to an angle, on the circle of a table of pixels that are turned
+    by ``Exposure.by_row``."""
     lowest = angle_rad + lattice[0] - motion[2]
     turn = angle_rad + (np.mod(lowest, 2 * np.pi) - lowest)
     return turn + lattice[0], lattice[1], lattice[2], lattice[3]

@@ -65,8 +65,10 @@ class LayerEstimator:
             return None
         whole = model.rounds(self.whole, exposure, old)
         ended = gauss_newton(whole, picture, rough.angle_rad, shot, rough.light, least=1)
-        fit = None if ended is None else judged_fit(ended)
-        if ended is None or fit is None or not likely(fit, self.layers.correlation):
+        if ended is None:
+            return None
+        fit = judged_fit(ended)
+        if not likely(fit, self.layers.correlation):
             return None
         in_view = self.layers.in_view(fit.angle_rad)
         return sensitive(replace(fit, in_view=in_view, copied_share=share), ended)

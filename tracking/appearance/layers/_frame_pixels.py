@@ -120,8 +120,7 @@ def covered(
     Their places in the table (pixels,), and the column and row that each shows (2, pixels).
     """
     part, turn = pixels.covering(grid, angle_rad, exposure.slack_rad)
-    place = (turn + grid.phi_rad, 1 / grid.step_rad, grid.radius_px, 1 / grid.step_px)
-    motion = exposure.per_delay_rad, exposure.bend_rad
+    place, motion = (turn + grid.phi_rad, *grid.lattice[1:]), exposure.by_row
     size = part.stop - part.start
     chosen = np.empty(size + 1, np.intp)
     where = np.empty((2, size + 1), np.float32)

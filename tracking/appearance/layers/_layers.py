@@ -23,15 +23,13 @@ from numpy.typing import NDArray
 from servosight.models.core import Array, Mask, Single
 from servosight.tracking.core import Exposure, slopes, smeared, weights
 from servosight.tracking.fit import (
-    GOES_ON,
+    ANGLE,
     NO_DIRECTIONS,
     NONE_STALE,
     PolarGrid,
     RingPixels,
     Rounds,
     Sample,
-    lattice_of,
-    motion_of,
     runs_of,
     step,
     stretch,
@@ -119,9 +117,9 @@ class Layers:
         """
         chosen = np.empty(self._room(ring_pixels), np.intp)
         out = np.empty((3, chosen.size), np.float32)
-        place = turned(lattice_of(self.grid), angle_rad, motion_of(exposure))
-        taken = (*self._compiled(ring_pixels, exposure, stale), place, chosen, out)
-        count, left = _layered(*taken)
+        place = turned(self.grid.lattice, angle_rad, exposure.by_row)
+        taken = self._compiled(ring_pixels, exposure, stale)
+        count, left = _layered(*(*taken, place, chosen, out))
         value, per_turn, per_px = out[:, :count]
         return Sample(ring_pixels.pixels, chosen[:count], value, per_turn, per_px, left)
 
@@ -129,9 +127,9 @@ class Layers:
         self, ring_pixels: RingPixels, exposure: Exposure, stale: Mask = NONE_STALE
     ) -> Rounds:
         """The steps of a fit of the angle to the pixels that ``at`` gives."""
-        model = self._compiled(ring_pixels, exposure, stale)
-        beside = lattice_of(self.grid), self._room(ring_pixels)
-        return Rounds(_rounds, (*model, *beside), ring_pixels.pixels)
+        taken = self._compiled(ring_pixels, exposure, stale)
+        model = (*taken, self.grid.lattice, self._room(ring_pixels))
+        return Rounds(_rounds, model, ring_pixels.pixels)
 
     def _room(self, ring_pixels: RingPixels) -> int:
         """At most so many of the pixels hold information on the angle."""
@@ -141,11 +139,10 @@ class Layers:
         self, ring_pixels: RingPixels, exposure: Exposure, stale: Mask
     ) -> tuple[Any, ...]:
         """What compiled passes take, but for the lattice."""
-        pixels = ring_pixels.pixels
+        parts = (exposure.parts_rad / self.grid.step_rad).astype(np.float32)
         return (
-            self.coefficients, self.used, self.bench.reshape(-1), self._runs,
-            (exposure.parts_rad / self.grid.step_rad).astype(np.float32), motion_of(exposure),
-            ring_pixels.start, pixels.phi_rad, pixels.radius_px, pixels.delay, pixels.index, stale,
+            self.coefficients, self.used, self.bench.reshape(-1), self._runs, parts,
+            exposure.by_row, *ring_pixels.compiled, stale,
         )  # fmt: skip
 
 
@@ -160,18 +157,18 @@ def _rounds(  # type: ignore[no-untyped-def]
     while True:
         count, left = _layered(
             coefficients, used, bench, runs, parts, motion, start, phi, radius, delay, index, stale,
-            turned(lattice, state[0], motion), chosen, out,
+            turned(lattice, state[ANGLE], motion), chosen, out,
         )  # fmt: skip
-        found = step(
+        goes_on, found = step(
             picture, index, radius, NO_DIRECTIONS, chosen[:count], out[:, :count], state, aims,
             light,
         )  # fmt: skip
-        if state[-1] != GOES_ON:
+        if not goes_on:
             return chosen[:count], out[:, :count], left, found
 
 
 # Not all of fastmath: unknown background is NaN.
-@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "reassoc", "nsz"})
 def _layered(  # type: ignore[no-untyped-def]
     coefficients, used, bench, runs, parts, motion, start, phi, radius, delay, index, stale, place,
     chosen, out,

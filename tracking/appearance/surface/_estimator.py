@@ -93,8 +93,10 @@ class SurfaceEstimator:
             angle_rad = angle_rad if rough is None else rough.angle_rad
         whole = model.rounds(self.pixels, exposure, old)
         ended = gauss_newton(whole, picture, angle_rad, exact=self.exact)
-        fit = None if ended is None else judged_fit(ended)
-        if ended is None or fit is None or not likely(fit, self.surface.correlation):
+        if ended is None:
+            return None
+        fit = judged_fit(ended)
+        if not likely(fit, self.surface.correlation):
             return None
         area = max(self.surface.area_px(model.columns), 1.0)
         in_view = float(np.clip(fit.pixels * self.every / area, 0.0, 1.0))

@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from servosight.models.core import Mask, Single
 from servosight.tracking.core import Exposure, slopes, weights
 from servosight.tracking.fit import (
-    GOES_ON,
+    ANGLE,
     NO_DIRECTIONS,
     PolarGrid,
     RingPixels,
     Rounds,
     Sample,
-    lattice_of,
-    motion_of,
     step,
     stretch,
     turned,
@@ -34,16 +32,13 @@ def sampled(
     rows in which it is not 0; pixels nearer to it than half the turn during the ``exposure`` are
     left out, and so are those that are ``stale``, by their place in the flattened picture.
     """
-    pixels = ring_pixels.pixels
-    motion = motion_of(exposure)
+    pixels, motion = ring_pixels.pixels, exposure.by_row
     half = 0.5 * exposure.turn_rad / grid.step_rad
+    place = turned(grid.lattice, angle_rad, motion)
     chosen = np.empty(pixels.index.size // 2 + 1, np.intp)
     out = np.empty((3, chosen.size), np.float32)
-    count, left = _sampled(
-        coefficients, reach, runs, half, motion, ring_pixels.start, pixels.phi_rad,
-        pixels.radius_px, pixels.delay, pixels.index, stale,
-        turned(lattice_of(grid), angle_rad, motion), chosen, out,
-    )  # fmt: skip
+    taken = coefficients, reach, runs, half, motion, *ring_pixels.compiled, stale
+    count, left = _sampled(*(*taken, place, chosen, out))
     return Sample(pixels, chosen[:count], out[0, :count], out[1, :count], out[2, :count], left)
 
 
@@ -54,12 +49,9 @@ def rounds(
     """The steps of a fit of what ``sampled`` evaluates; its shift is free if ``shifted``."""
     pixels = ring_pixels.pixels
     half = 0.5 * exposure.turn_rad / grid.step_rad
-    model = (
-        coefficients, reach, runs, half, motion_of(exposure), ring_pixels.start, pixels.phi_rad,
-        pixels.radius_px, pixels.delay, pixels.index, stale, lattice_of(grid),
-        pixels.outwards if shifted else NO_DIRECTIONS,
-    )  # fmt: skip
-    return Rounds(_rounds, model, pixels)
+    taken = coefficients, reach, runs, half, exposure.by_row, *ring_pixels.compiled, stale
+    outwards = pixels.outwards if shifted else NO_DIRECTIONS
+    return Rounds(_rounds, (*taken, grid.lattice, outwards), pixels)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -73,16 +65,16 @@ def _rounds(  # type: ignore[no-untyped-def]
     while True:
         count, left = _sampled(
             coefficients, reach, runs, half, motion, start, phi, radius, delay, index, stale,
-            turned(lattice, state[0], motion), chosen, out,
+            turned(lattice, state[ANGLE], motion), chosen, out,
         )  # fmt: skip
-        found = step(
+        goes_on, found = step(
             picture, index, radius, outwards, chosen[:count], out[:, :count], state, aims, light
         )
-        if state[-1] != GOES_ON:
+        if not goes_on:
             return chosen[:count], out[:, :count], left, found
 
 
-@njit(cache=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _sampled(  # type: ignore[no-untyped-def]
     coefficients, reach, runs, half, motion, start, phi, radius, delay, index, stale, place, chosen,
     out,

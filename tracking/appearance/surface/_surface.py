@@ -80,21 +80,18 @@ class Surface:
         return np.asarray(ndimage.correlate1d(along, kernel, axis=1, mode="mirror"))
 
     @cached_property
-    def _areas_px(self) -> list[float]:
+    def _areas_px(self) -> Array:
         """Pixels covered by the cells that lie more than 0, 1, 2... half columns inside."""
         radius = self.grid.radius_px + self.grid.step_px * np.arange(self.grid.rows)
         cell = np.broadcast_to(radius * self.grid.step_px * self.grid.step_rad, self.reach.shape)
         inside = np.bincount(np.ceil(2 * self.reach).astype(np.intp).ravel(), cell.ravel())
-        areas: list[float] = np.cumsum(inside[::-1])[::-1][1:].tolist()
-        return areas
+        return np.asarray(np.cumsum(inside[::-1])[::-1][1:])
 
     def area_px(self, columns: float) -> float:
         """Pixels that it covers in a picture, less the uncertain ones at ``columns`` of blur."""
-        known = self._areas_px
-        first = int(columns)
-        if first >= len(known) - 1:  # none are left, as in a part narrower than two columns
-            return known[-1] if columns == len(known) - 1 else 0.0
-        return known[first] + (columns - first) * (known[first + 1] - known[first])
+        if not self._areas_px.size:  # no cell lies inside: a part narrower than two columns
+            return 0.0
+        return float(np.interp(columns, np.arange(self._areas_px.size), self._areas_px, right=0))
 
     def few_pixels(self, shape: tuple[int, ...]) -> Pixels:
         """A table of few pixels: enough to find the surface."""

@@ -182,8 +182,7 @@ def best_shutter(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
         at_s = _about(rolls_s, -frame_s, frame_s)
         rolls_s, rolls_doubt_s = least_residual(at_s, readout(at_s, opens_s))
         moved_s = np.subtract((opens_s, rolls_s), before_s)
-        settled_s = np.maximum((opens_doubt_s, rolls_doubt_s), step_s / _FINER)
-        if np.all(np.abs(moved_s) < settled_s):
+        if _settled(moved_s, (opens_doubt_s, rolls_doubt_s), frame_s):
             return ShutterEstimate(Shutter(opens_s, rolls_s), opens_doubt_s, rolls_doubt_s, *like)
     unknown = _UNKNOWN * frame_s
     return ShutterEstimate(Shutter(opens_s, rolls_s), unknown, unknown, *like)
@@ -200,9 +199,14 @@ def best_exposure(left: Left, frame_s: float, rough: Left) -> ShutterEstimate:
         before_s = opens_s
         at_s = _about(opens_s, 0.0, frame_s)
         opens_s, doubt_s = least_residual(at_s, [left(Shutter(s)) for s in at_s.tolist()])
-        if abs(opens_s - before_s) < max(doubt_s, frame_s / _STEPS / _FINER):
+        if _settled(opens_s - before_s, doubt_s, frame_s):
             return ShutterEstimate(Shutter(opens_s), doubt_s, unknown, like, 1.0)
     return ShutterEstimate(Shutter(opens_s), unknown, unknown, like, 1.0)
+
+
+def _settled(moved_s: Array | float, doubt_s: Sequence[float] | float, frame_s: float) -> bool:
+    """Whether values moved by less than a finer step, or than they scatter by."""
+    return bool(np.all(np.abs(moved_s) < np.maximum(doubt_s, frame_s / _STEPS / _FINER)))
 
 
 def least_residual(at_s: Array, left: Sequence[Array]) -> tuple[float, float]:

@@ -201,7 +201,7 @@ def pose_of(  # type: ignore[no-untyped-def]
     turn_x, turn_y = np.cos(angle), np.sin(angle)
     score = np.zeros((unknowns, block.max() + 1))
     all_held = all_area = known = x_turn = y_turn = y_mean = 0.0
-    inside = model = plain = explained = 0.0
+    inside = model = plain = 0.0
     pull, hold, influence = np.zeros(2), np.zeros(2), np.zeros(unknowns)
     for n in range(left.size):
         own = weight[n] * left[n]
