@@ -28,7 +28,8 @@ def equivalents(
     """Sets of effects that the data do not tell from those of ``last``, the cheapest first.
 
     Their price, with the error on all fitted and validation samples, is not above that of ``last``
-    by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large.
+    by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large; nor
+    is that so once both are fitted to the validation samples as well.
     Where ``last`` explains the data the noise decides; if it does so within the tolerance alone, it
     is the sets that err clearly less. Where it explains the fitted ones alone, the noise in these
     decides between it and what has another effect. A set that has all of
@@ -55,6 +56,7 @@ def equivalents(
             able = able and price <= most
             able = able and not criterion.is_dearer(trial.score, last.score)
             able = able and not _is_told_by_noise(trial, last, criterion)
+            able = able and not _is_dearer_whole(models, trial, last, criterion)
         if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
@@ -67,6 +69,16 @@ def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion)
     if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
         return False
     return not criterion.tied(criterion.fitted_evidence(last.score, trial.score))
+
+
+def _is_dearer_whole(
+    models: ModelSelection, trial: Trial, last: Trial, criterion: AcceptanceCriterion
+) -> bool:
+    """True where ``trial`` does worse than ``last`` once both are fitted to all that is not for the
+    test: the few seconds of validation may lie where nothing fitted is alike."""
+    one, other = (models.whole(each).score for each in (trial, last))
+    most = criterion.overall_price(other) + np.log(MOST_ERROR)
+    return criterion.overall_price(one) > most or criterion.is_dearer(one, other)
 
 
 def special_case(

@@ -248,6 +248,11 @@ class AcceptanceCriterion:
         """The same with the error of all fitted and validation samples."""
         return self._price(score, float(np.sqrt(score.mean_square_deg2)))
 
+    def least_price(self, score: Score) -> float:
+        """What ``overall_price`` is at least once the validation samples are fitted as well."""
+        fitted = 1.0 - score.validation_samples / score.samples
+        return self._price(score, float(np.sqrt(max(fitted, 0.0))) * score.train_rmse_deg)
+
     def price_as_ordinary(self, score: Score) -> float:
         """The same as ``price`` where each effect is one that most servos have."""
         rare = sum(name not in self.policy.ordinary for name in score.effects)

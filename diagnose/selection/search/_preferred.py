@@ -2,17 +2,20 @@
 
 There no noise decides between two models but where the misfit of each happens to fall, and the few
 seconds of validation that chose one of them choose another in the next run of the same servo. So
-the error of all fitted and validation samples counts, and between models of about one price an
-order in which no data take part.
+the error of all fitted and validation samples counts, once the model is fitted to all of these, and
+between models of about one price an order in which no data take part.
 """
 
 from __future__ import annotations
 
+import heapq
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from servosight.diagnose.selection._criterion import AcceptanceCriterion
 from servosight.diagnose.selection._ordinary import usual
+from servosight.diagnose.selection._score import Score
 from servosight.diagnose.selection._steps import SearchEffort, Step
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.search._wide import steps_to
@@ -172,43 +175,63 @@ def preferred(visited: Visited, last: Trial, effort: SearchEffort) -> Trial:
         _fit_ordinary(visited, last)
         _fit_unloaded(visited, last)
     best = fewest_assumptions(
-        visited.ranked(),
+        [one for one in visited.ranked() if one.key == last.key or not visited.is_refused(one)],
         last,
         criterion,
         lambda trial: visited.is_accepted(models.finished(trial)),
+        lambda trial: models.whole(trial).score,
     )
     return last if best.key == last.key else models.trials[best.key]
 
 
 def fewest_assumptions(
-    tried: Sequence[Trial],
+    tried: Iterable[Trial],
     last: Trial,
     criterion: AcceptanceCriterion,
     is_accepted: Callable[[Trial], bool],
+    whole: Callable[[Trial], Score],
 ) -> Trial:
-    """Of ``last`` and what was ``tried`` with no more assumptions, the one that is preferred.
+    """The preferred one of what was ``tried``, ``last`` among them, by the errors of their
+    ``whole`` fits.
 
     Its price is at most that of one effect above the least of those that are accepted, and none of
     these is the same with an effect more that would be accepted. An assumption is an effect, or a k
     other than 1: that is what a loop with its sensor on the output has but for load and friction.
     Of as many assumptions those without another k come first, then the cheapest.
     """
+    with_effects = [one for one in tried if one.effects]
+    near: list[tuple[float, Trial]] = []
+    most = math.inf
+    for price, one in _cheapest_first(with_effects, criterion, whole):
+        if price > most:
+            break
+        near.append((price, one))
+        if most == math.inf and (one.key == last.key or is_accepted(one)):
+            most = price + criterion.policy.effect_price
+    open_ = [
+        (_assumptions(one), one.score.gain_fitted, price, one)
+        for price, one in near
+        if not any(_supersedes(other, one, criterion) for _, other in near)
+    ]
+    ordered = (one for *_, one in sorted(open_, key=lambda each: each[:3]))
+    return next((one for one in ordered if one.key == last.key or is_accepted(one)), last)
 
-    def price(trial: Trial) -> float:
-        return criterion.overall_price(trial.score)
 
-    def order(trial: Trial) -> tuple[int, bool, float]:
-        return _assumptions(trial), trial.score.gain_fitted, price(trial)
-
-    def first(ordered: Sequence[Trial]) -> Trial:
-        return next((one for one in ordered if one.key == last.key or is_accepted(one)), last)
-
-    simple = [one for one in tried if one.effects and _assumptions(one) <= _assumptions(last)]
-    least = first(sorted((one for one in simple if price(one) <= price(last)), key=price))
-    most = price(least) + criterion.policy.effect_price
-    near = [one for one in simple if price(one) <= most]
-    open_ = [one for one in near if not any(_supersedes(other, one, criterion) for other in near)]
-    return first(sorted(open_, key=order))
+def _cheapest_first(
+    tried: Iterable[Trial], criterion: AcceptanceCriterion, whole: Callable[[Trial], Score]
+) -> Iterator[tuple[float, Trial]]:
+    """Models and the prices of their whole fits, which are made only of those whose fits to fewer
+    samples could lead to so low a price."""
+    number = itertools.count()  # of two at one price the first one comes first
+    waiting = [(criterion.least_price(one.score), False, next(number), one) for one in tried]
+    heapq.heapify(waiting)
+    while waiting:
+        price, fitted, place, one = heapq.heappop(waiting)
+        if fitted:
+            yield price, one
+        else:
+            price = criterion.overall_price(whole(one))
+            heapq.heappush(waiting, (price, True, place, one))
 
 
 def _supersedes(other: Trial, trial: Trial, criterion: AcceptanceCriterion) -> bool:

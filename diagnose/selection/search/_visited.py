@@ -92,6 +92,21 @@ class Visited:
         earned = all(self._earned(trial, name) for name in sorted(names, key=self._is_smooth))
         return earned and (trial.effects == self.models.first().effects or self._frees(trial))
 
+    def is_refused(self, trial: Trial) -> bool:
+        """True where a model that was tried shows that ``trial`` does not need one of its effects.
+
+        Nothing is fitted: ``is_accepted`` may refuse others.
+        """
+        effects, removable = set(trial.effects), set(self.removable(trial))
+        smaller = [
+            one
+            for one in self.models.alike(trial)
+            if set(one.effects) < effects
+            and len(one.effects) == len(effects) - 1
+            and effects - set(one.effects) <= removable
+        ]
+        return not all(self.criterion.earns(trial.score, one.score, 1) for one in smaller)
+
     def _is_smooth(self, name: str) -> bool:
         """False for an effect with whose parameters a prediction jumps: a fit with it costs many
         times one without, so what does without it is fitted first."""

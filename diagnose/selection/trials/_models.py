@@ -67,7 +67,7 @@ class ModelSelection:
     catalogue: Mapping[str, Effect]
     known: PriorKnowledge = field(default_factory=PriorKnowledge)
     trials: dict[Key, Trial] = field(default_factory=dict)
-    wholes: dict[Key, Trial] = field(default_factory=dict)
+    wholes: dict[tuple[Key, float], Trial] = field(default_factory=dict)
     screens: dict[tuple[Key, float], Screen] = field(default_factory=dict)
     fits: dict[Way, Solution] = field(default_factory=dict)
     work: Work = field(default_factory=Work)
@@ -267,12 +267,12 @@ class ModelSelection:
         """A model fitted anew to the fitted and the validation samples of its recordings."""
         if self.split.carried:
             return trial
-        known = self.wholes.get(trial.key)
-        if known is None:
+        done = (trial.key, trial.fit.outcome.cost)
+        if done not in self.wholes:
             problem = self._problem(trial.effects, trial.fit.problem.held, self.split.untested)
             fit = polish(problem, [trial.fit.outcome.point])
-            known = self.wholes[trial.key] = Trial(trial.effects, fit, seen(fit, self.split))
-        return known
+            self.wholes[done] = Trial(trial.effects, fit, seen(fit, self.split))
+        return self.wholes[done]
 
     def explained_whole(self, trial: Trial, criterion: AcceptanceCriterion) -> bool:
         """True where a model explains the data once it is fitted to the validation samples, too."""

@@ -65,6 +65,15 @@ def test_a_model_that_errs_more_in_every_second_is_told_apart(
     assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == told
 
 
+def test_a_model_that_only_a_few_seconds_of_validation_favour_is_no_other_answer() -> None:
+    """Fitted to these as well, the first one errs less in every second."""
+    shown = {("coulomb_friction",): 0.4 * MISFIT, ("backlash",): 0.4 * in_turn(0.05)}
+    for share, told in ((1.0, (("backlash",),)), (0.7, ())):
+        whole = {("coulomb_friction",): share * 0.4 * MISFIT}
+        models, found = unfitted(RECORDING, shown, whole_deg=whole)
+        assert equivalents(models, found[0], AcceptanceCriterion(FLOOR_DEG, 0.01)) == told
+
+
 def test_the_worst_second_does_not_decide_alone() -> None:
     worst = np.where(np.floor(TIME_S) == 2.0, 6.0, 1.0)
     models, found = selection(

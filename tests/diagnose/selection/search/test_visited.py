@@ -46,6 +46,21 @@ def test_a_fit_without_budget_is_no_answer() -> None:
     assert seen.best().effects == ()
 
 
+def test_what_was_tried_with_an_effect_less_refuses_without_a_fit() -> None:
+    models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.29, "c": 0.6, "cd": 0.3})
+    seen = visited(models, "a", "ab", "c", "cd")
+    done = list(models.done)
+    refused = [one.effects for one in models.trials.values() if seen.is_refused(one)]  # type: ignore[arg-type]
+    assert refused == [("a", "b")]
+    assert models.done == done
+
+
+def test_no_effect_that_the_user_requires_is_refused() -> None:
+    models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.29}, known=PriorKnowledge(with_effects="b"))
+    seen = visited(models, "a", "ab")
+    assert not seen.is_refused(models.trials[("a", "b"), ()])  # type: ignore[arg-type]
+
+
 def test_effects_that_drive_the_time_constant_to_a_bound_come_last() -> None:
     errors = {"": 1.0, "a": 0.1, "b": 0.3}
     models = InventedModels(errors, core_at_bounds=["a"])
