@@ -12,6 +12,7 @@ from servosight.tracking.acquisition import swept
 from servosight.tracking.core import Track
 
 _LEAST_FRAMES, _ALIKE = 8, 0.98
+_MORE_FRAMES = 0.2  # of all
 _SMALLER = 4  # pictures in which change is compared
 
 
@@ -66,6 +67,10 @@ def _reach_px(track: Track) -> float:
 
 
 def surest(one: Track, other: Track) -> Track:
-    """That of two tracks of one part which has the smaller sigma in most frames, with what all its
-    angles share; the first one where both have the same."""
+    """That of two tracks of one part which finds it in far more of the frames, else the one with
+    the smaller sigma in most, with what all its angles share; the first one where both are alike.
+    """
+    more = float(np.mean(one.found)) - float(np.mean(other.found))
+    if abs(more) > _MORE_FRAMES:
+        return one if more > 0.0 else other
     return min(one, other, key=lambda track: float(np.median(track.sigma_deg[track.found])))

@@ -33,6 +33,7 @@ from servosight.tracking.methods._time_error import late_rms_deg
 from servosight.tracking.methods._total_sigma import with_total_sigma
 from servosight.tracking.video import Film
 
+_MOST_FRAMES = 0.8  # where the part is found in fewer, blur may have hidden its texture
 _PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
 _MORE = 2.0  # times the change of the pictures, of another part that is measured in its place
 _LITTLE = 0.25  # of the change of a part: what changes elsewhere is then no part that is meant
@@ -42,8 +43,9 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     """Fit the angle to all pixels of the moving part, its outline and shadow included.
 
     Exposure and readout are found from the video where they are not given. Where no track is found
-    so that the frames confirm, or one whose angles or times are too uncertain, ``composite`` is
-    tried; and where a piece of the part that is pointed at leaves its angles uncertain.
+    so that the frames confirm, or one whose angles or times are too uncertain or that loses the
+    part in many frames, ``composite`` is tried; and where a piece of the part that is pointed at
+    leaves its angles uncertain.
     """
     if options.pick > 1:  # the candidates are those of ``composite``
         check_hints(film.path, options, film.images[0].shape)
@@ -64,7 +66,8 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     measured = with_total_sigma(part.along_axis())
     enough_deg = TRUST.most_deg(swept_deg(measured.angle_deg[measured.found]))
     late = late_rms_deg(measured) > enough_deg
-    if _may_be_composite(options) and (late or _of_a_piece(part, options)):
+    lost = float(np.mean(measured.found)) < _MOST_FRAMES
+    if _may_be_composite(options) and (late or lost or _of_a_piece(part, options)):
         return _surer_of_both(measured, film, options, progress)
     return measured
 
@@ -107,8 +110,9 @@ def _of_a_piece(part: TrackedPart, options: TrackOptions) -> bool:
 def _surer_of_both(
     measured: Track, film: Film, options: TrackOptions, progress: FrameProgress | None
 ) -> Track:
-    """The track of ``composite`` in place of another one of the part, if in most frames its angles
-    are the surer ones: the edges of a plain part show its blur, its interior does not.
+    """The track of ``composite`` in place of another one of the part, if it finds that in far more
+    frames, or its angles are the surer ones in most: the edges of a plain part show its blur, its
+    interior does not.
 
     Where they are not, but tell exposure and readout better, it is measured again with these.
     Of two parts beside each other that turn each in its own way, that one which changes far more of

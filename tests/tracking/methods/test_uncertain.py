@@ -14,7 +14,7 @@ from support.drawn_part import drawn_part
 
 from servosight.models.core import Image
 from servosight.tracking.composite import TRUST
-from servosight.tracking.core import Shutters, Track, TrackOptions, TrackRefused
+from servosight.tracking.core import Flag, Shutters, Track, TrackOptions, TrackRefused
 from servosight.tracking.methods import _refine
 from servosight.tracking.methods._composite_track import excess_noise
 from servosight.tracking.methods._frames import TrackedPart
@@ -176,6 +176,25 @@ def test_a_piece_that_is_pointed_at_gives_way_to_a_surer_whole(
     """The composite method knows it to 0.03 deg; not asked where the piece is sure enough."""
     piece, whole = (replace(ROUGH, sigma_deg=np.full(9, sigma)) for sigma in (sigma_deg, 0.03))
     assert (refined(monkeypatch, piece, whole, **given) is whole) == taken
+
+
+@pytest.mark.parametrize(
+    ("lost", "other_lost", "taken"), [(10, 0, True), (10, 4, False), (6, 0, False)]
+)
+def test_a_track_that_loses_the_part_in_many_frames_gives_way_to_one_that_does_not(
+    monkeypatch: pytest.MonkeyPatch, lost: int, other_lost: int, taken: bool
+) -> None:
+    """Of 40 frames; the second track is rougher."""
+
+    def losing(count: int, sigma_deg: float) -> Track:
+        flags = np.where(np.arange(40) < 40 - count, 0, Flag.LOST).astype(np.uint8)
+        return replace(
+            SURE, time_s=np.arange(40) / 30.0, angle_deg=np.linspace(0.0, 40.0, 40), flags=flags,
+            sigma_deg=np.full(40, sigma_deg),
+        )  # fmt: skip
+
+    first, second = losing(lost, 0.1), losing(other_lost, 0.12)
+    assert (refined(monkeypatch, first, second) is second) == taken
 
 
 def test_a_track_that_is_uncertain_in_its_fastest_frames_alone_is_kept(
