@@ -47,7 +47,8 @@ class CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError in place of printing the usage and exiting."""
-        raise InputError(f"{message}{self._meant(message)}; see `{self.prog} --help`")
+        more = self._meant(message) or self._wanted(message)
+        raise InputError(f"{message}{more}; see `{self.prog} --help`")
 
     def _meant(self, message: str) -> str:
         """The command or option that a misspelt one is closest to."""
@@ -57,6 +58,15 @@ class CommandParser(argparse.ArgumentParser):
             return did_you_mean(command[1], COMMANDS)
         names = [name[2:] for name in self._option_string_actions if name.startswith("--")]
         return did_you_mean(option[1], names, prefix="--") if option else ""
+
+    def _wanted(self, message: str) -> str:
+        """What an option takes that was given without it, as its help says."""
+        option = re.match(r"argument (?:\S+/)?(\S+): expected one argument", message)
+        if option is None:
+            return ""
+        action = self._option_string_actions[option[1]]
+        value = action.metavar or "|".join(map(str, action.choices or [action.dest.upper()]))
+        return f", {value} ({action.help})"
 
 
 def parser() -> argparse.ArgumentParser:

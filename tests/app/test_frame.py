@@ -298,6 +298,20 @@ def test_a_misspelt_effect_is_guessed(words: list[str], capsys: pytest.CaptureFi
     assert "did you mean backlash?" in said(capsys, 2, words)
 
 
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["diagnose", "rec", "--json"], "FILE (write the result as JSON; - for standard output)"),
+        (["track", "fin.mkv", "-o"], "angle.csv (default: into the recording)"),
+        (["track", "fin.mkv", "--marker"], "aruco|apriltag (follow a marker"),
+    ],
+)
+def test_an_option_without_its_value_says_what_it_takes(
+    words: list[str], wanted: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert f"expected one argument, {wanted}" in said(capsys, 2, words)
+
+
 def test_verbose_and_quiet_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
     assert "not allowed with" in said(capsys, 2, ["effects", "-q", "-v"])
 
