@@ -66,7 +66,7 @@ class CommandParser(argparse.ArgumentParser):
             return ""
         action = self._option_string_actions[option[1]]
         value = action.metavar or "|".join(map(str, action.choices or [action.dest.upper()]))
-        return f", {value} ({action.help})"
+        return f", {value} ({self._get_formatter()._expand_help(action)})"
 
 
 def parser() -> argparse.ArgumentParser:
