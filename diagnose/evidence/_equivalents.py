@@ -41,7 +41,6 @@ def equivalents(
         return ()
     explained = criterion.explained(last.score)
     first = models.first().score
-    most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
     near: dict[tuple[str, ...], float] = {}
     for trial in models.trials.values():
         more = covered(trial.effects, models.catalogue) >= set(last.effects)
@@ -53,10 +52,10 @@ def equivalents(
         if explained:
             able = able and criterion.is_closer(trial.score, last.score)
         else:
-            able = able and price <= most
-            able = able and not criterion.is_dearer(trial.score, last.score)
+            able = able and _does_as_well(trial, last, criterion)
             able = able and not _is_told_by_noise(trial, last, criterion)
-            able = able and not _is_dearer_whole(models, trial, last, criterion)
+            # The few seconds of validation may lie where nothing fitted is alike.
+            able = able and _does_as_well(models.whole(trial), models.whole(last), criterion)
         if able and trial.effects != last.effects:
             near[trial.effects] = min(price, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
@@ -64,21 +63,19 @@ def equivalents(
     return tuple(sorted(least, key=lambda effects: near[effects]))
 
 
+def _does_as_well(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+    """True where the price of ``trial`` is not above that of ``last`` by more than it scatters, nor
+    its error ``MOST_ERROR`` times as large."""
+    most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
+    near = criterion.overall_price(trial.score) <= most
+    return bool(near) and not criterion.is_dearer(trial.score, last.score)
+
+
 def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
     """True where ``trial`` has another effect than ``last``, which fits all but the noise."""
     if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
         return False
     return not criterion.tied(criterion.fitted_evidence(last.score, trial.score))
-
-
-def _is_dearer_whole(
-    models: ModelSelection, trial: Trial, last: Trial, criterion: AcceptanceCriterion
-) -> bool:
-    """True where ``trial`` does worse than ``last`` once both are fitted to all that is not for the
-    test: the few seconds of validation may lie where nothing fitted is alike."""
-    one, other = (models.whole(each).score for each in (trial, last))
-    most = criterion.overall_price(other) + np.log(MOST_ERROR)
-    return criterion.overall_price(one) > most or criterion.is_dearer(one, other)
 
 
 def special_case(

@@ -251,7 +251,7 @@ class AcceptanceCriterion:
     def least_price(self, score: Score) -> float:
         """What ``overall_price`` is at least once the validation samples are fitted as well."""
         fitted = 1.0 - score.validation_samples / score.samples
-        return self._price(score, float(np.sqrt(max(fitted, 0.0))) * score.train_rmse_deg)
+        return self._price(score, float(np.sqrt(fitted)) * score.train_rmse_deg)
 
     def price_as_ordinary(self, score: Score) -> float:
         """The same as ``price`` where each effect is one that most servos have."""

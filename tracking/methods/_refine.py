@@ -33,7 +33,7 @@ from servosight.tracking.methods._time_error import late_rms_deg
 from servosight.tracking.methods._total_sigma import with_total_sigma
 from servosight.tracking.video import Film
 
-_MOST_FRAMES = 0.8  # where the part is found in fewer, blur may have hidden its texture
+_LEAST_FOUND = 0.8  # of the frames: in others blur may have hidden the part's texture
 _PIECE_DEG = 0.05  # sigma of what ``composite`` is not surer than
 _MORE = 2.0  # times the change of the pictures, of another part that is measured in its place
 _LITTLE = 0.25  # of the change of a part: what changes elsewhere is then no part that is meant
@@ -66,7 +66,7 @@ def refine(film: Film, options: TrackOptions, progress: FrameProgress | None = N
     measured = with_total_sigma(part.along_axis())
     enough_deg = TRUST.most_deg(swept_deg(measured.angle_deg[measured.found]))
     late = late_rms_deg(measured) > enough_deg
-    lost = float(np.mean(measured.found)) < _MOST_FRAMES
+    lost = float(np.mean(measured.found)) < _LEAST_FOUND
     if _may_be_composite(options) and (late or lost or _of_a_piece(part, options)):
         return _surer_of_both(measured, film, options, progress)
     return measured

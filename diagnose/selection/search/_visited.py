@@ -97,15 +97,8 @@ class Visited:
 
         Nothing is fitted: ``is_accepted`` may refuse others.
         """
-        effects, removable = set(trial.effects), set(self.removable(trial))
-        smaller = [
-            one
-            for one in self.models.alike(trial)
-            if set(one.effects) < effects
-            and len(one.effects) == len(effects) - 1
-            and effects - set(one.effects) <= removable
-        ]
-        return not all(self.criterion.earns(trial.score, one.score, 1) for one in smaller)
+        smaller = (self.models.trials.get(_less(trial, name)) for name in self.removable(trial))
+        return not all(self.criterion.earns(trial.score, one.score, 1) for one in smaller if one)
 
     def _is_smooth(self, name: str) -> bool:
         """False for an effect with whose parameters a prediction jumps: a fit with it costs many
@@ -135,12 +128,11 @@ class Visited:
 
         Such a model may have been fitted before and have ended in a worse minimum.
         """
-        effects = tuple(own for own in trial.effects if own != name)
         way = (trial.key, name, trial.fit.outcome.cost)
         if way not in self.ways:
             self.ways.add(way)
             self.models.reduced(trial, name, TRIAL_BUDGET)
-        return self.models.trials[effects, trial.held]
+        return self.models.trials[_less(trial, name)]
 
     def special_cases(self, trial: Trial, name: str, budget: int = TRIAL_BUDGET) -> list[Trial]:
         """``trial`` with each special case of one of its effects in the place of that."""
@@ -162,3 +154,8 @@ class Visited:
             base = steps[-1]
             steps.append(min((self.without(base, n) for n in sorted(further)), key=self.price))
         return [first, *reversed(steps)] if trial.effects != first.effects else [first]
+
+
+def _less(trial: Trial, name: str) -> Key:
+    """The key of a model less one effect."""
+    return tuple(own for own in trial.effects if own != name), trial.held

@@ -29,7 +29,7 @@ _SETTLING = 5  # rounds: at first the part's picture is of another plane than it
 _LEAST_PICTURES = 12
 _SLOWEST = 0.95  # of a round's change, the next one
 # By how many sigma of the mean the logarithm of the residuals' square must be smaller in the plane,
-# and by how much: shadows make up to 0.012 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
+# and by how much: shadows make up to 0.06 of it without a tilt, tilts of 9 to 23 deg 0.07 to 0.5.
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _OTHER_CAUSES = 0.03  # by so much shadow, codec and blur may make it smaller as a tilt would
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left

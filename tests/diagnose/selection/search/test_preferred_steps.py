@@ -66,6 +66,15 @@ def test_the_least_price_is_that_of_a_model_that_is_accepted() -> None:
     assert told(last, last, refused, one) is refused
 
 
+def test_a_dearer_model_does_not_raise_the_least_price() -> None:
+    last, dearer, fewer = trial("ab", 0.40), trial("ac", 0.42), trial("d", 0.50)
+    least = CRITERION.overall_price(last.score)
+    assert least < CRITERION.overall_price(dearer.score) < least + POLICY.effect_price
+    assert CRITERION.overall_price(fewer.score) > least + POLICY.effect_price
+    for tried in ([last, dearer, fewer], [fewer, dearer, last]):
+        assert told(last, *tried) is last
+
+
 def test_a_model_at_the_least_price_is_near_it() -> None:
     free = AcceptanceCriterion(0.1, 0.0, replace(POLICY, effect_price=0.0))
     last, least = trial("ab", 0.40), trial("ac", 0.35)

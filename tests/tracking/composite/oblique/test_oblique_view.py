@@ -10,7 +10,7 @@ import pytest
 
 from servosight.models.core import Array
 from servosight.tracking.composite.oblique import ObliqueView, SampledPart, oblique_view
-from servosight.tracking.composite.oblique._correction import ahead_rad
+from servosight.tracking.composite.oblique._correction import ahead_rad, by_other_causes
 from servosight.tracking.composite.oblique._plane import (
     _PER_FOCAL,
     ExpectedTilts,
@@ -148,15 +148,17 @@ def test_two_angles_do_not_tell_a_tilt_and_sigma_holds_what_usual_ones_do(
     np.testing.assert_allclose(np.ptp(view.doubt_rad(steps), axis=0).max(), 2 * expected, rtol=0.25)
 
 
-@pytest.mark.parametrize("lean_deg", [40.0, 100.0])
-def test_a_large_tilt_is_found_before_the_rounds_end(lean_deg: float) -> None:
+@pytest.mark.parametrize(("lean_deg", "sigma_deg"), [(40.0, 0.3), (100.0, 0.4)])
+def test_a_large_tilt_is_found_before_the_rounds_end(lean_deg: float, sigma_deg: float) -> None:
     """Each round shows a part of the tilt that is left: one after another, 0.44 deg were left of
-    the first. The second, which nine rounds did not reach, takes 24."""
+    the first. The second, which nine rounds did not reach, takes 24. Sigma is what the poses leave
+    open, and what other causes may have of a tilt that takes off most of the residual."""
     view, before, after = filmed(36.0, lean_deg=lean_deg)
     assert view is not None
     assert view.found
     assert rms(after) < 0.05 * rms(before)
-    assert rms(after) < np.rad2deg(view.sigma_rad) < 0.2 * rms(before)
+    other_deg = by_other_causes(1.0) * rms(before)
+    assert rms(after) < np.rad2deg(view.sigma_rad) < np.hypot(sigma_deg, other_deg)
 
 
 def test_sigma_holds_what_a_correction_does_not_describe() -> None:
