@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import re
 import sys
 from typing import NoReturn
@@ -19,9 +20,11 @@ class CommandParser(argparse.ArgumentParser):
         """As argparse does; what a command does not know is its own error, not the program's."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            again = self._again(sys.argv[1:] if args is None else list(args), unknown[0])
+            given = sys.argv[1:] if args is None else list(args)
+            again = self._again(given, unknown[0])
             if again or not self._take(unknown, found):
-                self.error(f"unrecognized arguments: {' '.join(unknown)}{again}")
+                more = again or self._valueless(given, unknown[0])
+                self.error(f"unrecognized arguments: {' '.join(unknown)}{more}")
         return found, []
 
     def _take(self, words: list[str], found: argparse.Namespace) -> bool:
@@ -43,6 +46,14 @@ class CommandParser(argparse.ArgumentParser):
             repeated = isinstance(action, argparse._AppendAction)
             if further == word and repeated and not word.startswith("-"):
                 return f"; repeat the option for each: {option} {value} {option} {word}"
+        return ""
+
+    def _valueless(self, args: list[str], word: str) -> str:
+        """What an option does that takes no value and stands before one; empty for others."""
+        for option, further in itertools.pairwise(args if not word.startswith("-") else ()):
+            action = self._option_string_actions.get(option)
+            if further == word and action is not None and action.nargs == 0:
+                return f"; {option} takes no value ({self._get_formatter()._expand_help(action)})"
         return ""
 
     def error(self, message: str) -> NoReturn:

@@ -231,6 +231,14 @@ def test_a_second_value_is_told_to_repeat_the_option(capsys: pytest.CaptureFixtu
     )
 
 
+def test_a_value_behind_an_option_that_takes_none_is_told_what_that_does(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told = said(capsys, 2, ["track", "fin.mp4", "--draw", "sheet.png"])
+    assert "unrecognized arguments: sheet.png; --draw takes no value (both, as track_ove" in told
+    assert "takes no value" not in said(capsys, 2, ["track", "fin.mp4", "--draw", "--sheat"])
+
+
 def test_recordings_also_stand_behind_options() -> None:
     words = ["diagnose", "a", "--auto", "b", "--json", "-", "c"]
     assert parser().parse_args(words).recordings == [Path("a"), Path("b"), Path("c")]
