@@ -7,6 +7,7 @@ loading and compiling. CPU time, of the processes that a form starts as well.
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import platform
@@ -208,6 +209,7 @@ the ratios.
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     restart_unless(ONE_THREAD)
     text = page()
     write_text(PAGE, text)

@@ -7,6 +7,7 @@ work on the machine changes them less than the clock's, and threads that wait fo
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import subprocess
@@ -221,6 +222,7 @@ from the plant equation itself: this measures time, not skill (see hidden.md).
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     restart_unless(ONE_THREAD)
     text = page()
     write_text(PAGE, text)

@@ -6,6 +6,7 @@ so that other work on the machine weighs on neither. Writes docs/measured/sysid.
 
 from __future__ import annotations
 
+import argparse
 import logging
 import time
 from collections.abc import Mapping
@@ -128,6 +129,7 @@ The linear fit of the record with nothing hidden takes mujoco.sysid {ratio} time
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     logging.disable(logging.WARNING)
     text = page()
     write_text(PAGE, text)

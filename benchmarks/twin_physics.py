@@ -6,6 +6,7 @@ twin's stiff constraints, an integrator's error or a mistake in one of the two e
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import time
 from collections.abc import Sequence
@@ -103,4 +104,5 @@ difference between the MuJoCo twin and the plant equation with the same paramete
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()

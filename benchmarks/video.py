@@ -5,6 +5,7 @@ Writes docs/measured/video.md. Clips are kept in out/video, which a further run 
 
 from __future__ import annotations
 
+import argparse
 import time
 from pathlib import Path
 
@@ -221,4 +222,5 @@ result. Frames a second of processor time, decoding apart.
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     main()
