@@ -43,7 +43,7 @@ class Settling:
             if self.is_spent():
                 return
             self.progress(f"trying without {name}", 0, 1)
-            smaller = self.models.reduced(trial, name)
+            smaller = self.models.reduced_enough(trial, name)
             if not self._needed(trial, smaller):
                 yield Step(smaller, removed=name)
                 yield from self.steps(smaller)

@@ -69,8 +69,10 @@ class SearchEffort:
         self, models: ModelSelection, base: Trial, names: Sequence[str], enough_deg: float,
         most_deg: float = math.inf,
     ) -> Trial:  # fmt: skip
-        """``base`` with several effects more, varied as far as ``together_share`` goes."""
-        most_cost = self.together_share * self.most(models)
+        """``base`` with several effects more, varied as far as ``together_share`` goes from where
+        they begin, within what the search may cost."""
+        most = self.most(models)
+        most_cost = min(models.work.cost + self.together_share * most, self.search_share * most)
         return models.together(base, names, enough_deg, most_deg, most_cost)
 
     def varied(

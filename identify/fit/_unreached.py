@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,13 +29,33 @@ HELD_BUDGET, FREE_BUDGET = 100, 150
 """with so many simulations while the limit is held, and then."""
 
 
+@dataclass(frozen=True)
+class Limits:
+    """An effect whose parameters are all limits, or one of several limits of an effect; ``names``
+    are those that a fit may not reach."""
+
+    effect: Effect
+    names: tuple[str, ...]
+
+    def scaled(self, fit: Solution, share: float) -> Mapping[str, float]:
+        """The effect's first guess with the limits scaled by ``share``; of one limit of several
+        that alone, beside the others as they are fitted."""
+        guess = zip(self.effect.parameters, fit.as_base.guesses(self.effect)[0], strict=True)
+        whole = self.names == _names(self.effect)
+        return {
+            f"{self.effect.id}.{one.name}": share * value if one.name in self.names else value
+            for one, value in guess
+            if whole or one.name in self.names
+        }
+
+
 def with_limits_reached(fit: Solution, enough_deg: float = 0.0) -> Solution:
     """``fit``, or a clearly better one of the same effects that reaches a limit which it does not.
 
     It ends at an rms error of ``enough_deg``.
     """
-    for effect in unreached(fit) if fit.rmse_deg > enough_deg else ():
-        begun = _begun(fit, effect, enough_deg)
+    for limits in unreached(fit) if fit.rmse_deg > enough_deg else ():
+        begun = _begun(fit, limits, enough_deg)
         if begun is not None:
             found = over_horizons(begun, enough_deg)
             fit = ended(found) if found.outcome.cost < CLEARLY * fit.outcome.cost else fit
@@ -44,35 +64,44 @@ def with_limits_reached(fit: Solution, enough_deg: float = 0.0) -> Solution:
     return fit
 
 
-def unreached(fit: Solution) -> list[Effect]:
+def unreached(fit: Solution) -> list[Limits]:
     """The limits without which the fit is about as good."""
     effects = fit.problem.plant.layout.effects
-    limits = [one for one in effects if one.id in fit.problem.effects and _is_free(fit, one)]
-    without = [_point_at(fit, _scaled(fit, effect, math.inf)) for effect in limits]
+    free = [one for one in effects if one.id in fit.problem.effects and _is_free(fit, one)]
+    limits = [one for effect in free for one in _limits(effect)]
     if not limits:
         return []
+    without = [_point_at(fit, one.scaled(fit, math.inf)) for one in limits]
     costs = half_squares(fit.problem.residuals(np.array(without)))
     most = fit.outcome.cost / CLEARLY
-    return [effect for effect, cost in zip(limits, costs, strict=True) if cost < most]
+    return [one for one, cost in zip(limits, costs, strict=True) if cost < most]
 
 
-def _limits(effect: Effect) -> list[bool]:
-    """Which of an effect's parameters are limits, (parameters,)."""
-    return [one.reciprocal and math.isinf(one.high) for one in effect.parameters]
+def _names(effect: Effect) -> tuple[str, ...]:
+    """Which of an effect's parameters are limits."""
+    return tuple(one.name for one in effect.parameters if one.reciprocal and math.isinf(one.high))
+
+
+def _limits(effect: Effect) -> Iterator[Limits]:
+    """All limits of an effect together, and each of several: slow moves reach the acceleration of a
+    profile and not its speed."""
+    names = _names(effect)
+    yield Limits(effect, names)
+    if len(names) > 1:
+        yield from (Limits(effect, (name,)) for name in names)
 
 
 def _is_free(fit: Solution, effect: Effect) -> bool:
     """True of an effect that vanishes as its limits grow, none of whose parameters are held."""
     held = any(f"{effect.id}.{one.name}" in fit.problem.held for one in effect.parameters)
-    sizes = [one.neutral is not None for one in effect.parameters]
-    limited = zip(_limits(effect), sizes, strict=True)
-    return all(limit for limit, size in limited if size) and not held
+    sizes = {one.name for one in effect.parameters if one.neutral is not None}
+    return sizes <= set(_names(effect)) and not held
 
 
-def _begun(fit: Solution, effect: Effect, enough_deg: float) -> Solution | None:
+def _begun(fit: Solution, limits: Limits, enough_deg: float) -> Solution | None:
     """The best fit from values at which a limit acts, as long as stronger ones are better."""
     best = None
-    for values in _acting(fit, effect):
+    for values in _acting(fit, limits):
         found = _from(fit, values)
         if best is not None and found.outcome.cost > best.outcome.cost:
             break
@@ -82,23 +111,14 @@ def _begun(fit: Solution, effect: Effect, enough_deg: float) -> Solution | None:
     return best
 
 
-def _acting(fit: Solution, effect: Effect) -> Iterator[Mapping[str, float]]:
-    """Values of an effect whose limits act, the weakest first; none where no guess acts."""
-    tried = [_scaled(fit, effect, share) for share in (math.inf, *SHARES)]
+def _acting(fit: Solution, limits: Limits) -> Iterator[Mapping[str, float]]:
+    """Values at which limits act, the weakest first; none where no guess acts."""
+    tried = [limits.scaled(fit, share) for share in (math.inf, *SHARES)]
     points = np.array([_point_at(fit, values) for values in tried])
     costs = half_squares(fit.problem.residuals(points))
     acts = np.abs(costs[1:] - costs[0]) > ACTS * costs[0]
     if acts.any():
-        yield from (_scaled(fit, effect, float(SHARES[acts.argmax()]) * less) for less in BELOW)
-
-
-def _scaled(fit: Solution, effect: Effect, share: float) -> Mapping[str, float]:
-    """An effect's first guess with its limits scaled by ``share``."""
-    guess = fit.as_base.guesses(effect)[0]
-    return {
-        f"{effect.id}.{parameter.name}": share * value if limit else value
-        for parameter, value, limit in zip(effect.parameters, guess, _limits(effect), strict=True)
-    }
+        yield from (limits.scaled(fit, float(SHARES[acts.argmax()]) * less) for less in BELOW)
 
 
 def _point_at(fit: Solution, values: Mapping[str, float]) -> Array:

@@ -176,6 +176,9 @@ class InventedModels:
             self.trials[trial.key] = self._trial(trial.effects, found, trial.held)
         return self.trials[trial.key]
 
+    def holding(self, base: InventedTrial, held: tuple[str, ...]) -> InventedTrial:
+        return self._trial(base.effects, held=held)
+
     def together(
         self,
         base: InventedTrial,
@@ -205,6 +208,9 @@ class InventedModels:
 
     def reduced(self, base: InventedTrial, without: str, budget: int = 0) -> InventedTrial:
         return self.fitted(self.without(base, without).effects, "reduce", base.held)
+
+    def reduced_enough(self, base: InventedTrial, without: str) -> InventedTrial:
+        return self.reduced(base, without)
 
     def alike(self, trial: InventedTrial) -> list[InventedTrial]:
         return [one for one in self.trials.values() if one.held == trial.held]

@@ -282,4 +282,4 @@ def _simpler(
 
 def _without(models: ModelSelection, trial: Trial, name: str) -> Trial:
     kept = tuple(own for own in trial.effects if own != name)
-    return models.trials.get((kept, trial.held)) or models.reduced(trial, name)
+    return models.trials.get((kept, trial.held)) or models.reduced_enough(trial, name)

@@ -18,6 +18,7 @@ from servosight.models.core import StageProgress
 from servosight.models.effects import covered
 
 _ASTRAY = 10.0  # times the floor
+_FAR_LOWER = 0.5  # of the squared error that a special case leaves
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,9 @@ class BackwardSearch:
             return base
         if self.effort.is_spent(models):
             return self._known_with(base, new)
+        shaped = self._shape_alone(base, new)
+        if shaped is not None:
+            base, new = shaped, self._lacking(shaped)
         criterion = self.visited.criterion
         begun = self.effort.together(models, base, new, criterion.enough_deg)
         if len(new) > policy.core and not criterion.settled(begun.score):
@@ -126,6 +130,22 @@ class BackwardSearch:
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self._varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
         return self._shaped(base, new, begun)
+
+    def _shape_alone(self, base: Trial, new: Sequence[str]) -> Trial | None:
+        """``base`` with what contains one of ``new`` and shapes the command, with the values that
+        it has alone; None where that does not leave far less than what it contains.
+
+        What shapes the command shows by itself, to a percent, and a joint fit that begins with a
+        command of another shape leads nowhere.
+        """
+        for name in (one for one in new if one in self._richer):
+            own, richer = self._alone(name), self._alone(self._richer[name])
+            if own is None or richer is None or base.effects != self.models.first().effects:
+                continue
+            share = (richer.score.train_rmse_deg / own.score.train_rmse_deg) ** 2
+            if share < _FAR_LOWER:
+                return self.models.holding(richer, base.fit.problem.held)
+        return None
 
     def with_ordinary(self, trial: Trial) -> Trial:
         """``trial`` with the first ordinary effects that it lacks, fitted at once from there, and
@@ -190,13 +210,17 @@ class BackwardSearch:
     def _gains_alone(self, name: str) -> bool:
         """False where the fitted data do not move an effect that is all that was added to the
         first model: one that shapes the command shows by itself, whatever else is missing."""
+        alone = self._alone(name)
+        return alone is None or self.visited.criterion.learnt(
+            alone.score, self.models.first().score
+        )
+
+    def _alone(self, name: str) -> Trial | None:
+        """An effect that is all that was added to the first model; None where it was not fitted."""
         first = self.models.first()
-        tried = [
-            one.score
-            for one in self.models.trials.values()
-            if one.held == first.held and set(one.effects) == {*first.effects, name}
-        ]
-        return not tried or self.visited.criterion.learnt(tried[0], first.score)
+        tried = (one for one in self.models.trials.values() if one.held == first.held)
+        added = {*first.effects, name}
+        return next((one for one in tried if set(one.effects) == added), None)
 
     def _is_near(self, trial: Trial) -> bool:
         """True where a model's error on the fitted data is not far above the floor."""

@@ -10,6 +10,7 @@ from servosight.diagnose.selection.trials import (
     Key,
     ModelSelection,
     Trial,
+    is_far,
     reached_deg,
 )
 
@@ -111,7 +112,8 @@ class Visited:
 
     def _earned(self, trial: Trial, name: str) -> bool:
         """True where ``trial`` is better by one of its effects than fitted anew without it."""
-        smaller = self._ended(self.without(trial, name))
+        begun = self.without(trial, name)
+        smaller = begun if is_far(begun, trial) else self._ended(begun)
         return self.criterion.earns(trial.score, smaller.score, 1)
 
     def _frees(self, trial: Trial) -> bool:

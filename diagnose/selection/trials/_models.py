@@ -28,7 +28,7 @@ from servosight.diagnose.selection.trials._prediction import (
 )
 from servosight.diagnose.selection.trials._screen import Screen
 from servosight.diagnose.selection.trials._start import fit_special, point_less, point_of
-from servosight.diagnose.selection.trials._trial import Key, Trial, key_of
+from servosight.diagnose.selection.trials._trial import Key, Trial, is_far, key_of
 from servosight.identify.fit import (
     POLISH_BUDGET,
     OwnValues,
@@ -212,6 +212,13 @@ class ModelSelection:
         fit = Solution.at(problem, point_of(problem, base.fit))
         return Trial(problem.effects, fit, seen(fit, self.split))
 
+    def holding(self, base: Trial, held: Mapping[str, float]) -> Trial:
+        """``base`` with other parameters ``held``, all else unchanged: not fitted."""
+        problem = self.problem(base.effects, held)
+        point = np.clip(point_of(problem, base.fit), *problem.bounds)
+        fit = Solution.at(problem, point)
+        return Trial(problem.effects, fit, seen(fit, self.split))
+
     def together(
         self, base: Trial, names: Sequence[str], enough_deg: float = 0.0, most_deg: float = np.inf,
         most_cost: float = np.inf,
@@ -251,6 +258,11 @@ class ModelSelection:
 
         way = f"reduced with {budget} simulations"
         return self.judge(fitted_once(self.fits, way, base, without, fit), budget)
+
+    def reduced_enough(self, base: Trial, without: str) -> Trial:
+        """The same, fitted to its end unless it errs far more than ``base`` after a short fit."""
+        smaller = self.reduced(base, without, TRIAL_BUDGET)
+        return smaller if is_far(smaller, base) else self.finished(smaller)
 
     def swapped(self, base: Trial, name: str, other: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with a special case in an effect's place, fitted anew from the same values."""

@@ -15,6 +15,8 @@ from servosight.identify.fit import Solution
 from servosight.identify.problem import Coordinate, Problem
 from servosight.models.core import CORE, Array
 
+_FAR = 5.0  # times an error: short fits that went on have come down to a third at most
+
 Key = tuple[tuple[str, ...], tuple[str, ...]]
 """Effects, and the parameters that are held."""
 
@@ -77,6 +79,12 @@ class Trial:
     def validation_rmse_deg(self) -> float:
         """Root mean square of ``validation_errors_deg``; the score's is of those that choose."""
         return rms([self.validation_errors_deg])
+
+
+def is_far(trial: Trial, better: Trial) -> bool:
+    """True where ``trial``, fitted for a short time, errs so much more than a ``better`` one that
+    it is not worth to fit it to its end."""
+    return trial.score.train_rmse_deg > _FAR * better.score.train_rmse_deg
 
 
 def _validation(judged: Sequence[Judged]) -> list[Array]:

@@ -42,7 +42,7 @@ def test_a_limit_that_a_descent_has_lost_is_found_again(problem: Problem) -> Non
     """A lag longer than the servo's is a minimum of its own, at which the limit does nothing."""
     lost = without_limit(problem)
     assert lost.rmse_deg > 5.0 * NOISE_DEG
-    assert [effect.id for effect in unreached(lost)] == ["torque_saturation"]
+    assert [one.effect.id for one in unreached(lost)] == ["torque_saturation"]
     found = with_limits_reached(lost, 1.1 * NOISE_DEG)
     assert found.rmse_deg < 1.1 * NOISE_DEG
     values = problem.values(found.outcome.point)
@@ -68,3 +68,25 @@ def test_a_limit_that_acts_stays_where_it_is(problem: Problem) -> None:
     found = with_limits_reached(without_limit(problem), 1.1 * NOISE_DEG)
     assert unreached(found) == []
     assert with_limits_reached(found) is found
+
+
+def test_a_speed_that_a_profile_s_descent_has_passed_is_found_again(record: Any) -> None:
+    """A profile of 100 deg/s and 3,000 deg/s^2, begun at 1,000 deg/s: its acceleration acts, and of
+    the speed alone nothing leads back."""
+    hidden = {"motion_profile__rate": 100.0, "motion_profile__acceleration": 3000.0}
+    recordings = [record(6.0, noise_deg=NOISE_DEG, k=1.0, T=0.03, xi=0.6, **hidden)]
+    problem = Problem.of(recordings, catalogue(), ("motion_profile",), held={"k": 1.0})
+    begun = {"k": 1.0, "T": 0.03, "xi": 0.6, "motion_profile.rate": 1e3}
+    start = [
+        c.to_search({"motion_profile.acceleration": 3e3, **begun}.get(c.name, 0.0))
+        for c in problem.coordinates
+    ]
+    lost = polish(problem, [np.clip(start, *problem.bounds)])
+    assert lost.rmse_deg > 5.0 * NOISE_DEG
+    assert [(one.effect.id, one.names) for one in unreached(lost)] == [
+        ("motion_profile", ("rate",))
+    ]
+    found = with_limits_reached(lost, 1.1 * NOISE_DEG)
+    values = problem.values(found.outcome.point)
+    assert values["motion_profile.rate"] == pytest.approx(100.0, rel=0.02)
+    assert values["motion_profile.acceleration"] == pytest.approx(3000.0, rel=0.05)

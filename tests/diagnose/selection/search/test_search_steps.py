@@ -155,6 +155,33 @@ def test_a_richer_effect_of_the_command_that_changes_nothing_alone_is_not_tried(
 
 
 @pytest.mark.parametrize(
+    ("slew_deg", "profile_deg", "fitted"),
+    [
+        (2.9, 2.0, "abg"),  # 48 % of the squared error
+        (2.9, 2.1, "abc"),  # 52 %
+        (None, 2.0, "abc"),  # the slew limit was not fitted alone
+    ],
+)
+def test_a_profile_that_alone_leaves_far_less_than_a_slew_limit_is_in_the_first_joint_fit(
+    slew_deg: float | None, profile_deg: float, fitted: str
+) -> None:
+    """``g`` contains ``c``, and both shape the command; k is held in the joint fit alone."""
+    alone = {"c": slew_deg or 2.9, "g": profile_deg}
+    errors = {"": 3.0, "abc": 0.5, "abg": 0.5, **alone}
+    models = InventedModels(errors, contains={"g": "c"}, on_command="cg", k_may_be_held=True)
+    models.first()
+    for name in ("g",) if slew_deg is None else alone:
+        models.fitted((name,), "single")
+    linear = models.unloaded()
+    done = len(models.done)
+    search = backward(models, ordinary=("a", "b", "c", "g"), together=3)
+    begun = search.together(linear)  # type: ignore[arg-type]
+    assert models.done[done] == f"together {fitted}"
+    assert "".join(begun.effects) == fitted
+    assert begun.held == ("k",)
+
+
+@pytest.mark.parametrize(
     ("at_one_gain", "limit"), [(True, "torque_saturation"), (False, "current_limit")]
 )
 def test_several_gains_put_the_current_limit_in_the_torque_limits_place(

@@ -84,6 +84,15 @@ def test_what_a_fit_without_an_effect_comes_to_refuses_it() -> None:
     assert best_of(models, "ab") == "a"
 
 
+@pytest.mark.parametrize(("short_deg", "kept"), [(0.51, True), (0.49, False)])
+def test_a_short_fit_that_errs_five_times_as_much_is_not_fitted_on(
+    short_deg: float, kept: bool
+) -> None:
+    """No fit came down so far where it went on; here it would, and would refuse ``b``."""
+    errors = {"": 1.0, "a": short_deg, "b": 0.9, "ab": 0.1}
+    assert (best_of(InventedModels(errors, finished_deg={"a": 0.1}), "ab") == "ab") is kept
+
+
 @pytest.mark.parametrize(("jumpy", "left"), [("", "b"), ("b", "a"), ("a", "b")])
 def test_the_fit_without_a_jumpy_effect_comes_to_its_end_first(jumpy: str, left: str) -> None:
     """Either end refuses: the other fit, which takes longer, is then left as it is."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -142,6 +143,17 @@ def test_models_are_alike_where_the_same_is_held(fits: Fits) -> None:
     assert models.alike(more) == [held, more]
 
 
+def test_other_parameters_are_held_with_all_other_values_as_they_are(fits: Fits) -> None:
+    models = selection(k=0.8)
+    free = models.linear()
+    asked = list(fits.asked)
+    held = models.holding(free, {"k": 1.0})
+    assert dict(held.fit.problem.held) == {"k": 1.0}
+    values, before = (one.fit.problem.values(one.fit.outcome.point) for one in (held, free))
+    assert values == {**before, "k": 1.0}
+    assert fits.asked == asked
+
+
 @pytest.mark.parametrize(("times", "allowed"), [(1.0, 150), (4.0, 150), (12.0, 50)])
 def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
     monkeypatch: pytest.MonkeyPatch, fits: Fits, times: float, allowed: int
@@ -164,3 +176,16 @@ def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
     monkeypatch.setattr(_models, "polish", polish)
     models.reduced(both, "backlash", 150)
     assert budgets == [allowed]
+
+
+@pytest.mark.parametrize(("error_deg", "ended"), [(0.51, False), (0.49, True)])
+def test_a_fit_without_an_effect_goes_on_unless_it_errs_five_times_as_much(
+    monkeypatch: pytest.MonkeyPatch, error_deg: float, ended: bool
+) -> None:
+    smaller, larger = (
+        SimpleNamespace(score=SimpleNamespace(train_rmse_deg=one)) for one in (error_deg, 0.1)
+    )
+    monkeypatch.setattr(ModelSelection, "reduced", lambda *_: smaller)
+    monkeypatch.setattr(ModelSelection, "finished", lambda *_: "ended")
+    found = selection().reduced_enough(larger, "backlash")  # type: ignore[arg-type]
+    assert found == ("ended" if ended else smaller)
