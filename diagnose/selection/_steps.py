@@ -28,8 +28,9 @@ class SearchEffort:
     they last longer than ``brief_s`` in the mean, a simulation takes longer, and it is less by as
     much, but no less than the share ``least_share``. The steps may take the share ``steps_share``
     of it, whatever was spent before them; the search behind them ends at ``search_share``, so that
-    some is left for what may stand in for its answer. Effects fitted at once are varied up to
-    ``together_share``: what still errs then lacks an effect. A rich model is varied up to
+    some is left for what may stand in for its answer. Effects fitted at once are varied until these
+    fits have cost ``together_share``, whatever was spent before, as far as the search goes: what
+    still errs then lacks an effect. A rich model is varied up to
     ``varied_share``, so that it can be reduced; near the floor it may be reduced for
     ``reduced_share`` of it more. Where it ends so, effects that its answer still lacks
     may cost ``further_share`` of it more; all ordinary ones at once are then varied up to

@@ -215,16 +215,21 @@ def test_several_gains_put_the_current_limit_in_the_torque_limits_place(
     assert [tuple(names) for names in fitted] == [("gravity_load", limit)]
 
 
-def test_effects_fitted_at_once_are_varied_for_a_share_of_what_a_search_may_cost() -> None:
+@pytest.mark.parametrize(("spent", "most_cost"), [(0.0, 45.0), (30.0, 75.0), (60.0, 90.0)])
+def test_effects_fitted_at_once_are_varied_for_a_share_of_what_a_search_may_cost(
+    spent: float, most_cost: float
+) -> None:
+    """45 of 100 whatever was spent before, as far as the search goes: to 90."""
     given: list[tuple[object, ...]] = []
     models: Any = SimpleNamespace(
         recordings=(None,),
+        work=SimpleNamespace(cost=spent),
         split=SimpleNamespace(mean_s=5.0),
         together=lambda *all_: given.append(all_),
     )
     base: Any = "base"
     SearchEffort(cost=100.0).together(models, base, ("a", "b"), 0.1)
-    assert given == [("base", ("a", "b"), 0.1, math.inf, 45.0)]
+    assert given == [("base", ("a", "b"), 0.1, math.inf, most_cost)]
 
 
 def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -> None:
