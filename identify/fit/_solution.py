@@ -96,12 +96,18 @@ def ended(fit: Solution) -> Solution:
 
 
 def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGET) -> Solution:
-    """Descend from each start for a few generations, then to the end from the best."""
+    """Descend from each start for a few generations, then to the end from the best.
+
+    On a rugged cost it begins again from where it ended, until that gains nothing or all of it has
+    come to ``POLISH_BUDGET``: far from a minimum a little is gained each time.
+    """
+    begun = problem.work.simulations
     if jumpy(problem).any():
         starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     fit = _from_best(problem, starts, budget)
     for _ in problem.coordinates:
-        better = None if fit.out_of_budget else _better(fit)
+        spent = problem.work.simulations - begun >= POLISH_BUDGET
+        better = None if fit.out_of_budget or spent else _better(fit)
         if better is None:
             break
         fit = better

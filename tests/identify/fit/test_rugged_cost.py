@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import servosight as ss
-from servosight.identify.fit import fit_effects, polish
+from servosight.identify.fit import Solution, _solution, fit_effects, polish
 from servosight.identify.problem import Problem, linear_start
 from servosight.models.effects import catalogue
 
@@ -47,3 +49,20 @@ def test_of_many_starts_only_the_leading_ones_are_followed(effect: str) -> None:
     assert fit.outcome.cost <= 1.001 * known.outcome.cost
     descent = 30 * (len(problem.coordinates) + 7)
     assert problem.work.simulations - before < 4 * descent
+
+
+def test_a_fit_that_goes_on_gaining_ends_with_its_simulations(
+    record: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It begins again as long as that gains, each time with 2,000 of the 4,000 that it may have."""
+    problem = Problem.of([record(2.0)], catalogue(), ())
+    begun = []
+
+    def better(fit: Solution) -> Solution:
+        begun.append(fit)
+        problem.work.simulations += 2_000
+        return fit
+
+    monkeypatch.setattr(_solution, "_better", better)
+    polish(problem, [linear_start(problem)])
+    assert len(begun) == 2
