@@ -53,7 +53,7 @@ class CommandParser(argparse.ArgumentParser):
         for option, further in itertools.pairwise(args if not word.startswith("-") else ()):
             action = self._option_string_actions.get(option)
             if further == word and action is not None and action.nargs == 0:
-                return f"; {option} takes no value ({self._get_formatter()._expand_help(action)})"
+                return f"; {option} takes no value ({self._help_of(action)})"
         return ""
 
     def error(self, message: str) -> NoReturn:
@@ -77,7 +77,11 @@ class CommandParser(argparse.ArgumentParser):
             return ""
         action = self._option_string_actions[option[1]]
         value = action.metavar or "|".join(map(str, action.choices or [action.dest.upper()]))
-        return f", {value} ({self._get_formatter()._expand_help(action)})"
+        return f", {value} ({self._help_of(action)})"
+
+    def _help_of(self, action: argparse.Action) -> str:
+        """What an option's help says, with its default."""
+        return self._get_formatter()._expand_help(action)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -25,5 +25,6 @@ from servosight.diagnose.selection._stretches import cut as cut
 from servosight.diagnose.selection._stretches import stretches as stretches
 from servosight.diagnose.selection.trials import ModelSelection as ModelSelection
 from servosight.diagnose.selection.trials import Trial as Trial
+from servosight.diagnose.selection.trials import key_less as key_less
 from servosight.diagnose.selection.trials import own_point as own_point
 from servosight.diagnose.selection.trials import predict_fixed as predict_fixed

@@ -20,6 +20,7 @@ from servosight.diagnose.selection import (
     Selected,
     Step,
     Trial,
+    key_less,
 )
 from servosight.models.effects import Effect
 
@@ -281,5 +282,4 @@ def _simpler(
 
 
 def _without(models: ModelSelection, trial: Trial, name: str) -> Trial:
-    kept = tuple(own for own in trial.effects if own != name)
-    return models.trials.get((kept, trial.held)) or models.reduced_enough(trial, name)
+    return models.trials.get(key_less(trial, name)) or models.reduced_enough(trial, name)

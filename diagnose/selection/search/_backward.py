@@ -138,9 +138,12 @@ class BackwardSearch:
         What shapes the command shows by itself, to a percent, and a joint fit that begins with a
         command of another shape leads nowhere.
         """
-        for name in (one for one in new if one in self._richer):
+        special = [name for name in new if name in self._richer]
+        if not special or base.effects != self.models.first().effects:
+            return None
+        for name in special:
             own, richer = self._alone(name), self._alone(self._richer[name])
-            if own is None or richer is None or base.effects != self.models.first().effects:
+            if own is None or richer is None:
                 continue
             share = (richer.score.train_rmse_deg / own.score.train_rmse_deg) ** 2
             if share < _FAR_LOWER:
@@ -210,10 +213,8 @@ class BackwardSearch:
     def _gains_alone(self, name: str) -> bool:
         """False where the fitted data do not move an effect that is all that was added to the
         first model: one that shapes the command shows by itself, whatever else is missing."""
-        alone = self._alone(name)
-        return alone is None or self.visited.criterion.learnt(
-            alone.score, self.models.first().score
-        )
+        alone, first = self._alone(name), self.models.first()
+        return alone is None or self.visited.criterion.learnt(alone.score, first.score)
 
     def _alone(self, name: str) -> Trial | None:
         """An effect that is all that was added to the first model; None where it was not fitted."""

@@ -11,6 +11,7 @@ from servosight.diagnose.selection.trials import (
     ModelSelection,
     Trial,
     is_far,
+    key_less,
     reached_deg,
 )
 
@@ -98,7 +99,7 @@ class Visited:
 
         Nothing is fitted: ``is_accepted`` may refuse others.
         """
-        smaller = (self.models.trials.get(_less(trial, name)) for name in self.removable(trial))
+        smaller = (self.models.trials.get(key_less(trial, name)) for name in self.removable(trial))
         return not all(self.criterion.earns(trial.score, one.score, 1) for one in smaller if one)
 
     def _is_smooth(self, name: str) -> bool:
@@ -134,7 +135,7 @@ class Visited:
         if way not in self.ways:
             self.ways.add(way)
             self.models.reduced(trial, name, TRIAL_BUDGET)
-        return self.models.trials[_less(trial, name)]
+        return self.models.trials[key_less(trial, name)]
 
     def special_cases(self, trial: Trial, name: str, budget: int = TRIAL_BUDGET) -> list[Trial]:
         """``trial`` with each special case of one of its effects in the place of that."""
@@ -156,8 +157,3 @@ class Visited:
             base = steps[-1]
             steps.append(min((self.without(base, n) for n in sorted(further)), key=self.price))
         return [first, *reversed(steps)] if trial.effects != first.effects else [first]
-
-
-def _less(trial: Trial, name: str) -> Key:
-    """The key of a model less one effect."""
-    return tuple(own for own in trial.effects if own != name), trial.held

@@ -8,4 +8,5 @@ from servosight.diagnose.selection.trials._prediction import predict_fixed as pr
 from servosight.diagnose.selection.trials._trial import Key as Key
 from servosight.diagnose.selection.trials._trial import Trial as Trial
 from servosight.diagnose.selection.trials._trial import is_far as is_far
+from servosight.diagnose.selection.trials._trial import key_less as key_less
 from servosight.diagnose.selection.trials._trial import key_of as key_of

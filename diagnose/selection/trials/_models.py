@@ -42,7 +42,7 @@ from servosight.identify.fit import (
     sketch_effects,
 )
 from servosight.identify.problem import Problem, Work, gain_of_sensor, linear_start
-from servosight.models.core import Mask, Recording
+from servosight.models.core import Array, Mask, Recording
 from servosight.models.effects import Effect, covered
 
 TRIAL_BUDGET = 150
@@ -172,7 +172,7 @@ class ModelSelection:
         """``base`` with one effect more, fitted roughly, judged on what it was fitted to alone."""
         problem, start = self.with_effect(base, name), base.fit
         fit = fitted_once(self.fits, "sketched", base, name, lambda: sketch_effects(problem, start))
-        return Trial(fit.problem.effects, fit, seen(fit, self.split))
+        return self._seen(fit)
 
     def extended(self, base: Trial, name: str, sketch: Trial | None = None) -> Trial:
         """``base`` with one effect more, all parameters fitted anew; a sketch is one start more."""
@@ -209,15 +209,11 @@ class ModelSelection:
     def without(self, base: Trial, name: str) -> Trial:
         """``base`` less one effect, all else unchanged: not fitted."""
         problem = self.without_effect(base, name)
-        fit = Solution.at(problem, point_of(problem, base.fit))
-        return Trial(problem.effects, fit, seen(fit, self.split))
+        return self._seen(Solution.at(problem, point_of(problem, base.fit)))
 
     def holding(self, base: Trial, held: Mapping[str, float]) -> Trial:
         """``base`` with other parameters ``held``, all else unchanged: not fitted."""
-        problem = self.problem(base.effects, held)
-        point = np.clip(point_of(problem, base.fit), *problem.bounds)
-        fit = Solution.at(problem, point)
-        return Trial(problem.effects, fit, seen(fit, self.split))
+        return self._seen(Solution.at(*self._held(base, held)))
 
     def together(
         self, base: Trial, names: Sequence[str], enough_deg: float = 0.0, most_deg: float = np.inf,
@@ -244,8 +240,8 @@ class ModelSelection:
 
     def refitted(self, trial: Trial, held: Mapping[str, float] | None = None) -> Trial:
         """A model with other parameters ``held``, by default those of the user, from ``trial``."""
-        problem = self.problem(trial.effects, held)
-        return self.judge(polish(problem, [np.clip(trial.fit.outcome.point, *problem.bounds)]))
+        problem, point = self._held(trial, held)
+        return self.judge(polish(problem, [point]))
 
     def reduced(self, base: Trial, without: str, budget: int = POLISH_BUDGET) -> Trial:
         """``base`` with one effect fewer, fitted anew from the rest's values."""
@@ -283,7 +279,7 @@ class ModelSelection:
         if done not in self.wholes:
             problem = self._problem(trial.effects, trial.fit.problem.held, self.split.untested)
             fit = polish(problem, [trial.fit.outcome.point])
-            self.wholes[done] = Trial(trial.effects, fit, seen(fit, self.split))
+            self.wholes[done] = self._seen(fit)
         return self.wholes[done]
 
     def explained_whole(self, trial: Trial, criterion: AcceptanceCriterion) -> bool:
@@ -309,6 +305,15 @@ class ModelSelection:
         """``trial``, fitted again where a model that it contains has come to fit better since."""
         found = fitted_again(self.trials, trial.fit, POLISH_BUDGET)
         return trial if found is trial.fit else self.judge(found)
+
+    def _seen(self, fit: Solution) -> Trial:
+        """The trial of a fit that is judged on the fitted recordings alone, and not kept."""
+        return Trial(fit.problem.effects, fit, seen(fit, self.split))
+
+    def _held(self, trial: Trial, held: Mapping[str, float] | None) -> tuple[Problem, Array]:
+        """The problem of a model with other parameters ``held``, and the values of ``trial``."""
+        problem = self.problem(trial.effects, held)
+        return problem, np.clip(trial.fit.outcome.point, *problem.bounds)
 
     def alike(self, trial: Trial) -> list[Trial]:
         """All that were tried with the same parameters held, the best of each set of effects."""

@@ -81,9 +81,14 @@ class Trial:
         return rms([self.validation_errors_deg])
 
 
+def key_less(trial: Trial, name: str) -> Key:
+    """The key of a model less one effect."""
+    return tuple(own for own in trial.effects if own != name), trial.held
+
+
 def is_far(trial: Trial, better: Trial) -> bool:
-    """True where ``trial``, fitted for a short time, errs so much more than a ``better`` one that
-    it is not worth to fit it to its end."""
+    """True where ``trial``, after a short fit, errs so much more than a ``better`` one that it is
+    not worth fitting to its end."""
     return trial.score.train_rmse_deg > _FAR * better.score.train_rmse_deg
 
 

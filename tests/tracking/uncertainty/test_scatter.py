@@ -49,7 +49,7 @@ def test_a_servo_s_own_motion_is_no_scatter(rate_hz: float, T_s: float) -> None:
 @pytest.mark.parametrize("noise_deg", [1e-4, 1e-3])
 def test_a_servo_s_own_motion_is_no_error_that_lasts(noise_deg: float) -> None:
     """Three seconds at 60 frames/s of white noise, for which the factor is 1: of twelve two at most
-    are beyond 1.1. It was up to 4.1 in four and in ten of them, as the noise fell."""
+    are beyond 1.1. With the smaller noise four had up to 4.1, with the larger one ten up to 4."""
     course = servo_deg(0.02, 60.0, 3.0)
     white = (np.random.default_rng(seed).standard_normal(course.size) for seed in range(12))
     factors = np.array([lasting(course + noise_deg * one) for one in white])
