@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from servosight.models.core import FrameProgress
@@ -42,5 +41,5 @@ def track_film(film: Film, options: TrackOptions, progress: FrameProgress | None
     Exposure and readout that are not given are those of the part tracked before, ``beside``.
     """
     if options.beside is not None and film.shutters is None:
-        film = replace(film, shutters=options.beside.shutters)
+        film = film.exposed(options.beside.shutters)
     return method_of(options.method)(film, options, progress)

@@ -22,6 +22,7 @@ from servosight.tracking.core._median import middle_of as middle_of
 from servosight.tracking.core._options import MarkerFamily as MarkerFamily
 from servosight.tracking.core._options import TrackOptions as TrackOptions
 from servosight.tracking.core._parallel import chunks as chunks
+from servosight.tracking.core._parallel import most_threads as most_threads
 from servosight.tracking.core._parallel import threaded as threaded
 from servosight.tracking.core._plane import PICTURE as PICTURE
 from servosight.tracking.core._plane import CameraGeometry as CameraGeometry

@@ -17,17 +17,23 @@ T = TypeVar("T")
 _CHUNKS = 4
 
 
+def most_threads() -> int:
+    """As many threads as numba may use: one for each core, or ``NUMBA_NUM_THREADS``, which the
+    workers of a sweep set to one."""
+    allowed: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # set at import
+    return allowed
+
+
 def threaded(function: Callable[[S], T], items: Sequence[S]) -> list[T]:
     """The function of each item, in order.
 
-    In as many threads as numba may use: one for each core, or ``NUMBA_NUM_THREADS``, which the
-    workers of a sweep set to one. Worth it where the function lets go of the interpreter, as
-    compiled kernels and OpenCV do.
+    In at most ``most_threads``. Worth it where the function lets go of the interpreter, as compiled
+    kernels and OpenCV do.
 
     >>> threaded(lambda number: number**2, [1, 2, 3])
     [1, 4, 9]
     """
-    allowed: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]  # set at import
+    allowed = most_threads()
     threads = min(allowed, len(items))
     if threads < 2:
         return [function(item) for item in items]

@@ -127,7 +127,7 @@ def _surer_of_both(
             return measured
         return _of_two(measured, other, film.stabilised.images)
     if _tells_times(other, measured):
-        timed = replace(film, shutters=other.shutters)
+        timed = film.exposed(other.shutters)
         with suppress(TrackRefused):  # as it was measured first then
             measured = with_total_sigma(
                 tracked_part(timed, options, progress, prepare).along_axis()

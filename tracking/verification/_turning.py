@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from servosight.models.core import Array, Mask, Single
+from servosight.tracking.core import most_threads
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,8 @@ class Gains:
         total = np.einsum("nrk,rk->nk", self.square[:, inner], np.conj(_spectrum(on)))
         total += np.einsum("nrk,rk->nk", self.double[:, inner], np.conj(_spectrum(on * picture)))
         total -= (self.weight[inner] * np.conj(_spectrum(on * picture**2))).sum(0)
-        return np.roll(fft.irfft(total, self.columns, axis=-1), self.columns // 2, axis=-1)
+        gains = fft.irfft(total, self.columns, axis=-1, workers=most_threads())
+        return np.roll(gains, self.columns // 2, axis=-1)
 
 
 def grown_round(shape: Mask, cells: int) -> Mask:
@@ -167,4 +169,4 @@ def _prepare(seen, behind, radius, weight, square, double):  # type: ignore[no-u
 
 
 def _spectrum(values: Array | Single) -> NDArray[np.complex64]:
-    return np.asarray(fft.rfft(np.asarray(values, np.float32), axis=-1))
+    return np.asarray(fft.rfft(np.asarray(values, np.float32), axis=-1, workers=most_threads()))

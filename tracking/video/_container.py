@@ -20,6 +20,7 @@ MIN_FRAMES = 50
 _TRANSPORT = (188, 192, 204)  # bytes of a packet
 _NO_TIMES = 0x80  # FFmpeg's AVFMT_NOTIMESTAMPS
 _PROGRESSIVE = 1  # FFmpeg's order of fields: 0 is unknown, 2 to 5 are interlaced
+_THREADS = 3  # of the decoder: pictures are measured beside it
 
 
 @contextmanager
@@ -47,7 +48,7 @@ def opened(video: Path) -> Iterator[tuple[InputContainer, Any]]:
                     "FFmpeg decodes, check its header or convert it to another codec."
                 )
             stream.thread_type = "AUTO"
-            stream.thread_count = 2
+            stream.thread_count = _THREADS
             yield container, stream
     # A damaged header gives impossible sizes and times, which raise arithmetic errors: also an
     # error of the file.

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from servosight.models.core import Array, Image, InputError
-from servosight.tracking.core import Shutters, TrackOptions
+from servosight.tracking.core import Shutters, TrackOptions, threaded
 from servosight.tracking.video._container import Header, check
 from servosight.tracking.video._fields import FieldOrder, most_different, woven_fields
 from servosight.tracking.video._frame_table import read_frame_table
@@ -27,7 +28,9 @@ from servosight.tracking.video._video import (
     stretches,
 )
 
-_AHEAD = 4  # frames decoded while one is measured
+T = TypeVar("T")
+
+_AHEAD = 8
 _RUNS, _RUN_FRAMES, _LARGE_RUN_FRAMES = 8, 40, 20
 _LARGE_RUN_BYTES = 200_000_000  # of a run; two are in memory while one follows the other
 _KEPT_BYTES = 160_000_000  # of the decoded runs: 98 MB at 640 x 480
@@ -97,6 +100,13 @@ class Film:
         film = replace(self, stabiliser=bench if moves else None, camera=camera)
         return replace(film, calm=tuple(film._still(frame) for frame in self.calm))
 
+    def exposed(self, shutters: Shutters | None) -> Film:
+        """The same video with exposure and readout known; it is not aligned anew."""
+        film = replace(self, shutters=shutters)
+        if "stabilised" in vars(self):
+            vars(film)["stabilised"] = replace(self.stabilised, shutters=shutters)
+        return film
+
     def frames(self) -> Iterator[Frame]:
         """All frames in order; memory does not grow with the video's length."""
         return prefetch(map(self._still, frames(self.path, woven=self.woven)), _AHEAD)
@@ -133,16 +143,18 @@ class Film:
         """The frame whose presentation time is nearest to ``at_s``; InputError beyond the end."""
         return self._still(frame_at(self.path, at_s, self.woven))
 
-    def runs(self) -> Iterator[list[Frame]]:
-        """Eight runs of ``run_frames`` neighbouring frames, spread evenly over the video.
+    def of_runs(self, function: Callable[[list[Frame]], T]) -> Iterator[T]:
+        """The function of eight runs of ``run_frames`` neighbouring frames, spread evenly over the
+        video, in order.
 
-        They are asked for several times, and decoded once where they fit into ``_KEPT_BYTES``.
+        They are asked for several times, and decoded once where they fit into ``_KEPT_BYTES``: the
+        function then works in threads.
         """
         if self.kept:
-            yield from self._kept_still
+            yield from threaded(function, self._kept_still)
             return
         for run in stretches(self.path, _RUNS, self.run_frames, self.woven):
-            yield [self._still(frame) for frame in run]
+            yield function([self._still(frame) for frame in run])
 
     @cached_property
     def _kept_still(self) -> list[list[Frame]]:

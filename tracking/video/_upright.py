@@ -3,6 +3,7 @@ colour."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ _LARGEST_SIDE_PX = 8192
 # One picture a frame, of the field that was exposed first: its time is the frame's.
 _DEINTERLACE = "mode=send_frame:deint=interlaced"
 _DEINTERLACE_ALL = "mode=send_frame:deint=all:parity={}"
+_CONVERTERS = threading.local()
 
 
 def progressive(pictures: Iterator[Any], woven: FieldOrder | None = None) -> Iterator[Any]:
@@ -81,7 +83,7 @@ def upright(video: Path, index: int, picture: Any, shape: tuple[int, ...] | None
             f"{video}: frame {index} is {width} x {height} px where the first is {shape[1]} x "
             f"{shape[0]}; expected one size, cut the file there."
         )
-    image: Image = picture.to_ndarray(format="gray")
+    image = _converted(picture, "gray")
     return np.ascontiguousarray(np.rot90(image, turns)) if turns else image
 
 
@@ -92,5 +94,19 @@ def colours(picture: Any) -> Image:
     Of the size of the grey, although most files hold them at half of it.
     """
     turns = tag_deg(picture) // 90
-    planes: Image = picture.to_ndarray(format="yuv444p")[1:]
+    planes = _converted(picture, "yuv444p")[1:]
     return np.ascontiguousarray(np.rot90(planes, turns, axes=(1, 2))) if turns else planes
+
+
+def _converted(picture: Any, pixels: str) -> Image:
+    """A picture's planes in a pixel format of FFmpeg's.
+
+    Each thread keeps its converters: to set one up takes longer than to convert 640 x 480 pixels.
+    """
+    from av.video.reformatter import VideoReformatter
+
+    kept = vars(_CONVERTERS)
+    if pixels not in kept:
+        kept[pixels] = VideoReformatter()
+    image: Image = kept[pixels].reformat(picture, format=pixels).to_ndarray()
+    return image

@@ -47,6 +47,9 @@ class Film:
         """The same: its camera rests."""
         return self
 
+    def exposed(self, shutters: Shutters) -> Film:
+        return replace(self, shutters=shutters)
+
 
 def refined(
     monkeypatch: pytest.MonkeyPatch, first: Found, second: Found, again: Found | None = None,

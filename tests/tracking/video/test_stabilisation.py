@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servosight.models.core import Array, Image
-from servosight.tracking.core import TrackOptions
+from servosight.tracking.core import Shutters, TrackOptions
 from servosight.tracking.video import LEAST_PX, MOST_UNCLEAR, CameraMotion, Stabiliser, open_film
 
 Write = Callable[[Path, list[Image], Array], Path]
@@ -155,3 +155,16 @@ def test_what_points_at_a_later_frame_is_found_on_the_first(tmp_path: Path, writ
     assert first.pivot == pytest.approx((100.0, 120.0), abs=0.2)
     assert first.tip == pytest.approx((40.0, 90.0), abs=0.2)
     assert first.template == (20, 60, 40, 30)
+
+
+def test_a_film_of_known_exposure_is_not_aligned_anew(tmp_path: Path, write: Write) -> None:
+    """With what was found of the camera's motion before, and with the exposure."""
+    images = [picture(0.2 * n, 0.0, 1.0, float(n)) for n in range(50)]
+    film = open_film(write(tmp_path / "held.mkv", images, np.arange(50) / 25.0), TrackOptions())
+    aligned, known = film.stabilised, Shutters(np.array([0.01]), 0.0)
+    assert aligned.stabiliser is not None
+    still = film.exposed(known).stabilised
+    assert still.stabiliser is aligned.stabiliser
+    assert still.calm is aligned.calm
+    assert still.shutters is known
+    assert film.stabilised.shutters is None

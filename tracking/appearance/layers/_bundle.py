@@ -21,7 +21,7 @@ from servosight.tracking.appearance.layers._frame_pixels import FramePixels
 from servosight.tracking.appearance.layers._information import informative
 from servosight.tracking.appearance.layers._lattice import PAD_PX
 from servosight.tracking.appearance.layers._problem import Bundle, FrameResidual, improved
-from servosight.tracking.core import Exposure
+from servosight.tracking.core import Exposure, threaded
 from servosight.tracking.fit import Pixels
 
 _ROUNDS = (3, 3, 1, 1, 1)  # each round uses one of so many pixels
@@ -91,25 +91,22 @@ def _evaluated(
     with an unusual misfit are not trusted.
     """
     wanted = near.astype(np.uint8)
-    frames = [
-        FramePixels.of(pixels, now.grid, angle, exposure, wanted)
-        for angle, exposure in zip(now.angle_rad.tolist(), exposures, strict=True)
-    ]
+    each = range(len(images))
+
+    def shown(n: int) -> FramePixels:
+        return FramePixels.of(pixels, now.grid, float(now.angle_rad[n]), exposures[n], wanted)
+
+    frames = threaded(shown, each)
     bench, unlike = _bench(images, now, frames)
     if strict:
         bench[~usual(unlike)] = np.nan
     now = replace(now, bench=bench)
-    residuals = [
-        _residual_of(
-            image,
-            now,
-            frame.within((frame.index % every == 0) & telling[frame.cell]),
-            n,
-            inside,
-            every,
-        )
-        for n, (image, frame) in enumerate(zip(images, frames, strict=True))
-    ]
+
+    def residual(n: int) -> FrameResidual:
+        some = frames[n].within((frames[n].index % every == 0) & telling[frames[n].cell])
+        return _residual_of(images[n], now, some, n, inside, every)
+
+    residuals = threaded(residual, each)
     some = np.concatenate([(r.grey - r.model)[r.trust > 0][::7] for r in residuals])
     noise = 1.4826 * float(np.median(np.abs(some)))
     if not strict:

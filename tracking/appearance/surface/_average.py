@@ -24,7 +24,7 @@ def swept(
 ) -> tuple[slice, slice]:
     """Rows and columns of a picture (height, width) in which the cells of a mask lie at some of
     the angles (n,), with room."""
-    rows, columns = np.nonzero(mask)
+    rows, columns = np.nonzero(mask & ~ndimage.binary_erosion(mask))  # none lies outside of these
     radius = grid.radius_px + grid.step_px * rows
     phi = grid.phi_rad + grid.step_rad * columns + angles_rad[:, None]
     places = grid.pivot_px[1] - radius * np.sin(phi), grid.pivot_px[0] + radius * np.cos(phi)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from servosight.models.core import Array, Image, Mask, Single
-from servosight.tracking.core import insert, known_median, middle_of
+from servosight.tracking.core import chunks, insert, known_median, middle_of, threaded
 from servosight.tracking.fit import PolarGrid
 
 _ROOM_CELLS = 40  # about the first mask: more than it grows by
@@ -119,8 +119,15 @@ def _bench(
     first = np.float32(turns.min() - _ROOM_RAD)
     width = np.float32(grid.columns * grid.step_rad + np.ptp(turns) + 2.0 * _ROOM_RAD)
     step_rad = np.float32(grid.step_rad)
-    phi, row = polar
-    _median_uncovered(stack, light, turns, phi, row, step_rad, mask, first, width, bench)
+
+    def part(rows: range) -> None:
+        some = slice(rows.start, rows.stop)
+        phi, row = polar[:, some]
+        _median_uncovered(
+            stack[:, some], light, turns, phi, row, step_rad, mask, first, width, bench[some]
+        )
+
+    threaded(part, chunks(len(bench)))
     return bench
 
 

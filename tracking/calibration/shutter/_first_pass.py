@@ -13,7 +13,7 @@ import numpy as np
 from servosight.tracking.appearance.surface import SurfaceEstimator
 from servosight.tracking.core import Shutter
 from servosight.tracking.fit import TrackedFrame, follow
-from servosight.tracking.video import Film
+from servosight.tracking.video import Film, Frame
 
 _THINNING = 3  # one of so many pixels is enough
 
@@ -24,6 +24,9 @@ def first_pass(
     """Each run of frames, measured on some of the pixels well inside the surface."""
     rough = interior.thinned(_THINNING)
     radius_px = interior.surface.grid.largest_px
-    for run in film.runs():
+
+    def measured(run: list[Frame]) -> list[TrackedFrame]:
         initial_rad = rough.search(run[0].image, 0.0, np.pi)
-        yield list(follow(rough, run, initial_rad, shutter, radius_px, film.predicted))
+        return list(follow(rough, run, initial_rad, shutter, radius_px, film.predicted))
+
+    return film.of_runs(measured)
