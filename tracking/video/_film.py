@@ -158,7 +158,7 @@ class Film:
 
     @cached_property
     def _kept_still(self) -> list[list[Frame]]:
-        return [[self._still(frame) for frame in run] for run in self.kept]
+        return [threaded(self._still, run) for run in self.kept]
 
     def times(self, stamps_s: Sequence[float], middle_s: float) -> Array:
         """Mid-exposure times [s] (frames,) of frames with these presentation times.

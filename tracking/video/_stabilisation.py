@@ -15,6 +15,7 @@ from servosight.tracking.core import (
     most_agree_across,
     most_agree_on,
     mostly_straight,
+    threaded,
 )
 
 LEAST_PX = 0.2
@@ -156,8 +157,7 @@ class CameraMotion:
         shifts, unclear = [np.zeros(2)], []
         normals = edge_normals(bench.picture, bench.points[:, 0])
         straight = mostly_straight(normals)
-        for image in images:
-            before, after, kept = bench.found_in(image)
+        for before, after, kept in threaded(bench.found_in, images):
             if straight:
                 shift_px = _shift_across(before, after, normals[kept], bench.least)
             else:

@@ -117,14 +117,11 @@ def test_a_varying_rate_is_said(tmp_path: Path) -> None:
 
 def film_of(monkeypatch: pytest.MonkeyPatch, stamps: list[int | None]) -> None:
     """FFmpeg writes no such times; a damaged file has such blocks, each read as it is here."""
-    pictures = [
-        SimpleNamespace(
-            pts=pts, time_base=Fraction(1, 100), width=96, height=64,
-            interlaced_frame=False, rotation=0,
-            to_ndarray=lambda format: np.zeros((64, 96), np.uint8),
-        )
-        for pts in stamps
-    ]  # fmt: skip
+    pictures = []
+    for pts in stamps:
+        picture = av.VideoFrame.from_ndarray(np.zeros((64, 96), np.uint8), format="gray")
+        picture.pts, picture.time_base = pts, Fraction(1, 100)
+        pictures.append(picture)
     stream = SimpleNamespace(
         average_rate=Fraction(100), guessed_rate=None, time_base=Fraction(1, 100), start_time=0,
         duration=len(stamps),

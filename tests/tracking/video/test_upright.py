@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
@@ -17,6 +18,7 @@ from servosight.models.core import Array, Image
 from servosight.tracking.core import TrackOptions
 from servosight.tracking.track import track
 from servosight.tracking.video import frame_at, frames, open_film, sample_frames
+from servosight.tracking.video._upright import colours, upright
 
 SWING_DEG = 8 * np.sin(np.arange(60) / 8)
 RATE_HZ = 120
@@ -157,3 +159,24 @@ def test_a_varying_rate_keeps_its_times(tmp_path: Path, pictures: list[Image]) -
     film = open_film(written(tmp_path / "phone.mp4", pictures, times=times), TrackOptions())
     stamps = [frame.time_s for frame in film.frames()]
     assert np.diff(film.times(stamps, 0.0)) == pytest.approx(np.diff(times), abs=2e-4)
+
+
+def test_pictures_of_changing_size_and_format_are_converted_as_one_alone_is() -> None:
+    """The converters are kept from picture to picture: to grey and to colour, one after the other,
+    and in two threads at once."""
+    rng = np.random.default_rng(3)
+
+    def picture(width: int, height: int, pixels: str) -> av.VideoFrame:
+        seen = rng.integers(0, 255, (height, width, 3), np.uint8)
+        return av.VideoFrame.from_ndarray(seen, format="rgb24").reformat(format=pixels)
+
+    kinds = [(64, 48, "yuv420p"), (64, 48, "yuvj422p"), (96, 40, "yuv420p10le"), (64, 48, "gray")]
+    pictures = [picture(*kind) for kind in kinds * 6]
+
+    def converted(one: av.VideoFrame) -> tuple[Image, Image]:
+        return upright(Path("fin.mp4"), 0, one), colours(one)
+
+    with ThreadPoolExecutor(2) as pool:
+        for one, (grey, colour) in zip(pictures, pool.map(converted, pictures), strict=True):
+            np.testing.assert_array_equal(grey, one.to_ndarray(format="gray"))
+            np.testing.assert_array_equal(colour, one.to_ndarray(format="yuv444p")[1:])

@@ -19,6 +19,7 @@ from servosight.tracking.composite.oblique._estimate import TiltEstimate, estima
 from servosight.tracking.composite.oblique._plane import ExpectedTilts, in_plane, plane_matrix
 from servosight.tracking.composite.oblique._poses import blurred_less, pose_sensitivity
 from servosight.tracking.core import mapped, one_sigma, threaded
+from servosight.tracking.fit import PoseSensitivity
 from servosight.tracking.verification import PolarView
 
 _ROUNDS, _ENOUGH_RAD = 24, np.deg2rad(0.005)
@@ -199,20 +200,30 @@ def _round(
     usual = in_plane(part.behind, matrix)
     model = CompositeModel.of(seen, angle_rad, place, cover, view, usual, part.grain)
     fits = [fit if fit and fit.shown else None for fit in model.fits(seen, angle_rad)]
-    pairs = list(zip(seen, fits, strict=True))
-    ways_px = (part.farthest_px * pace_rad).tolist()
-    shown = [(picture, fit, px) for (picture, fit), px in zip(pairs, ways_px, strict=True) if fit]
-    if len(shown) < _LEAST_PICTURES:
+    shown = np.flatnonzero([fit is not None for fit in fits])
+    if shown.size < _LEAST_PICTURES:
         return None
+
+    def judged(row: int) -> tuple[PoseSensitivity, float]:
+        fit = fits[row]
+        assert fit is not None
+        rest, slopes, weight = model.left(seen[row], fit)
+        pose = pose_sensitivity(model, rest, slopes, weight, fit.angle_rad, part.farthest_px)
+        # Weighed as in the fit: edges show a tilt, and the median residual is that of the plain
+        # surface between them.
+        return pose, float((weight * rest**2).sum() / weight.sum())
+
+    told = threaded(judged, shown.tolist())
+    left = np.full(len(fits), np.nan)
+    left[shown] = [square for _, square in told]
+    tip_px = part.farthest_px * pace_rad[shown]
     poses = [
-        blurred_less(pose_sensitivity(model, picture, fit, part.farthest_px), _BLUR_SHARE * px)
-        for picture, fit, px in shown
+        blurred_less(pose, _BLUR_SHARE * px)
+        for (pose, _), px in zip(told, tip_px.tolist(), strict=True)
     ]
-    angles = np.array([fit.angle_rad for _, fit, _ in shown])
-    tip_px = np.array([px for _, _, px in shown])
+    angles = np.array([fit.angle_rad for fit in fits if fit])
     estimate = estimated_tilt(angles, tip_px, poses, shape_px, expected)
-    left = [_left(model, picture, fit) if fit else np.nan for picture, fit in pairs]
-    return _Round(shape_px, pivot_px, model, seen, fits, np.array(left), estimate)
+    return _Round(shape_px, pivot_px, model, seen, fits, left, estimate)
 
 
 def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> ObliqueView:
@@ -289,13 +300,6 @@ def ahead_rad(angles_rad: Sequence[Array]) -> float:
         return changes[-1]
     ratio = min(changes[-1] / max(changes[-2], 1e-12), _SLOWEST)
     return float(changes[-1] * ratio / (1.0 - ratio))
-
-
-def _left(model: CompositeModel, picture: Single, fit: PoseFit) -> float:
-    """The mean square of what a fit leaves, weighed as in the fit: edges show a tilt, and the
-    median residual is that of the plain surface between them."""
-    left, _, weight = model.left(picture, fit)
-    return float((weight * left**2).sum() / weight.sum())
 
 
 def _gain(before: _Round, after: _Round) -> float:

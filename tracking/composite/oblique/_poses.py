@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from servosight.models.core import Array, Single
-from servosight.tracking.composite.model import CompositeModel, PoseFit
+from servosight.models.core import Array
+from servosight.tracking.composite.model import CompositeModel
 from servosight.tracking.fit import PoseSensitivity
 
 _SLIGHT = 1e-9
@@ -24,16 +24,17 @@ def paces_rad(angle_rad: Array) -> Array:
 
 
 def pose_sensitivity(
-    model: CompositeModel, picture: Single, fit: PoseFit, farthest_px: float
-) -> PoseSensitivity:
-    """Of a picture (height, width) fitted by angle alone: what shift, stretch and perspective,
-    in pixels at ``farthest_px`` from the pivot, would explain what is left.
+    model: CompositeModel, left: Array, slopes: Array, weight: Array, angle_rad: float,
+    farthest_px: float,
+) -> PoseSensitivity:  # fmt: skip
+    """Of a picture fitted by angle alone: what shift, stretch and perspective, in pixels at
+    ``farthest_px`` from the pivot, would explain what is ``left`` in its cells (cells,).
 
-    Residuals are correlated over the model's blocks: the weight is as much smaller as the scatter
-    of their sums says (White 1980, by clusters).
+    ``slopes`` (3, cells) are those of what is left, by angle and shift. Residuals are correlated
+    over the model's blocks: the weight is as much smaller as the scatter of their sums says (White
+    1980, by clusters).
     """
-    left, slopes, weight = model.left(picture, fit)
-    rows = _by_pose(model, slopes, fit.angle_rad, farthest_px)
+    rows = _by_pose(model, slopes, angle_rad, farthest_px)
     weighed = rows * weight
     normal, right = weighed @ rows.T, -weighed @ left
     sums = np.stack([np.bincount(model.block, row) for row in weighed * left])
