@@ -14,25 +14,15 @@ from servosight.models.effects import Effect, Usual, catalogue
 EFFECTS = catalogue()
 
 
-def test_the_ordinary_effects_and_their_order() -> None:
-    assert SelectionPolicy().ordinary == (
-        "gravity_load",
-        "directional_friction",
-        "torque_saturation",
-        "stribeck_friction",
-        "dead_time",
-        "rate_limit",
-        "load_dependent_stribeck",
-        "supply_sag",
-        "coulomb_friction",
-        "backlash",
-        "speed_limit",
-        "current_limit",
-        "feedback_backlash",
-        "dead_band",
-        "load_dependent_friction",
-        "motion_profile",
-    )
+def test_each_ordinary_effect_is_one_of_the_catalogue_after_what_it_needs() -> None:
+    """Friction by load shows only once the weight of an arm does."""
+    ordinary = SelectionPolicy().ordinary
+    assert len(set(ordinary)) == len(ordinary)
+    assert set(ordinary) <= set(EFFECTS)
+    weight = ordinary.index(*usual(EFFECTS, Usual.WEIGHT))
+    by_load = [name for name in ordinary if name.startswith(("load_", "directional_"))]
+    assert len(by_load) == 3
+    assert all(ordinary.index(name) > weight for name in by_load)
 
 
 def test_what_every_servo_has() -> None:
