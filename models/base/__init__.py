@@ -37,4 +37,5 @@ from servosight.models.base._temporary import sweep as sweep
 from servosight.models.base._temporary import temporary_file as temporary_file
 from servosight.models.base._temporary import temporary_folder as temporary_folder
 from servosight.models.base._wording import column_map as column_map
+from servosight.models.base._wording import column_maps as column_maps
 from servosight.models.base._wording import either as either

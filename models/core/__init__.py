@@ -13,6 +13,7 @@ from servosight.models.base import check_path as check_path
 from servosight.models.base import check_seed as check_seed
 from servosight.models.base import check_tolerance as check_tolerance
 from servosight.models.base import column_map as column_map
+from servosight.models.base import column_maps as column_maps
 from servosight.models.base import did_you_mean as did_you_mean
 from servosight.models.base import either as either
 from servosight.models.base import is_model_file as is_model_file

@@ -68,7 +68,7 @@ def test_import_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert settings["source"]["name"] == "log.csv"
     (tmp_path / "deep" / "rec" / "video.mkv").write_bytes(b"precious")
     complaint(capsys, [*words, "--force"], "video.mkv", "expected a new or empty folder")
-    complaint(capsys, ["import", str(source), "-o", str(tmp_path / "r")], "--map time=COLUMN")
+    complaint(capsys, ["import", str(source), "-o", str(tmp_path / "r")], "--map time=t:s")
     complaint(capsys, [*words, "--unit-scale", "0"], "--unit-scale 0", "expected")
     complaint(capsys, ["import", "none.json", "-o", "r"], "none.json", "no such file")
     complaint(capsys, ["import", str(source), "-o", ""], "--output", "is empty")

@@ -89,9 +89,9 @@ def run(args: argparse.Namespace) -> None:
         )
     usable = usable_views([recording])[0][0]
     wrong = recording.time_s.size - usable.time_s.size
+    left_out = "1 read error or old value" if wrong == 1 else f"{wrong} read errors and old values"
     out.print(
         f"{args.output}: {recording.time_s.size} samples over {recording.duration_s:.2f} s, moved "
-        f"{usable.moved_range_deg:.4g} deg"
-        + (f" without {wrong} read errors and old values" if wrong else "")
+        f"{usable.moved_range_deg:.4g} deg" + (f" without {left_out}" if wrong else "")
     )
     out.print(next_command("diagnose", args.output, "--auto"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,8 +14,8 @@ from servosight.models.core import (
     InputError,
     Mask,
     column_map,
+    column_maps,
     did_you_mean,
-    either,
     plain_name,
 )
 from servosight.models.io._power import power_column, powered_run
@@ -24,9 +23,19 @@ from servosight.models.io._signals import overlooked, signal_columns
 from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import ALL, COMMAND_TIME, QUANTITIES, Column, Request
 from servosight.models.io.importers._units import units_of
-from servosight.models.io.tables import DEGREES, PULSE, SECONDS, SIGNALS, Split, listed, split_unit
+from servosight.models.io.tables import (
+    DEGREES,
+    PULSE,
+    SECONDS,
+    SIGNALS,
+    Split,
+    likely_columns,
+    listed,
+    split_unit,
+)
 
 _EXAMPLES = {"time": "s", "command": "deg", "angle": "deg"}
+_ANY = "COLUMN"
 
 
 @dataclass(frozen=True)
@@ -157,33 +166,47 @@ def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
 def _unknown_columns(
     path: Path, table: Columns, missing: Sequence[str], request: Request
 ) -> InputError:
-    """What to map for the ``missing`` quantities; of columns with their names the unit alone."""
+    """What to map for the ``missing`` quantities: columns with their names, of which the unit alone
+    is not known, else those whose names say what they may be."""
     silent = {
         quantity: name
         for quantity in missing
         for name in table.names
         if table.split(name) == (name, None) and name.lower() == quantity
     }
-    if missing[0] not in silent:
+    likely = {**likely_columns(table.names, table.split), **silent}
+    if missing[0] not in likely:
         return InputError(
             f"{table.place}: no column is known to be the {missing[0]}; expected "
-            f"{column_map(missing[0], 'COLUMN')} with one of {listed(table.names)}"
+            f"{column_map(missing[0], _ANY)} with one of {listed(table.names)}"
         )
     given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
     maps = {name: one.removesuffix(":") for name, one in given.items()}
-    maps |= {name: f"{one}:{_EXAMPLES[name]}" for name, one in silent.items()}
-    words = [f"--map {shlex.quote(f'{name}={one}')}" for name, one in maps.items()]
-    if request.unit:
-        words.append(f"--unit {shlex.quote(request.unit)}")
-    if request.command is None:
-        words.insert(0, f"servosight import {shlex.quote(str(path))} -o REC")
-    option = " ".join(words)
+    maps |= {name: _with_unit(table, name, likely.get(name), request.unit) for name in missing}
+    write = f"write {column_maps(maps, None if request.command else path, request.unit)}"
+    if any(maps[name] != likely.get(name, _ANY) for name in missing):
+        write += ", with other units where they count those"
+    if _ANY in maps.values():
+        write += f", and the name of a column for {_ANY}"
+    if missing[0] not in silent:
+        return InputError(
+            f"{table.place}: no column among {listed(table.names)} is known to be the "
+            f"{' or the '.join(missing)}, expected a map; if they are what their names say, {write}"
+        )
     columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
     return InputError(
         f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
-        f"the header or in the map; write {either(f'columns={maps}', f'`{option}`')}, "
-        f"with other units where they count those"
+        f"the header or in the map; {write}"
     )
+
+
+def _with_unit(table: Columns, quantity: str, column: str | None, unit: str | None) -> str:
+    """A column as a map names it: with a usual unit where nothing says which; ``unit`` is that of
+    angles and commands."""
+    if column is None:
+        return _ANY
+    known = table.split(column)[1] or (quantity != "time" and unit)
+    return column if known else f"{column}:{_EXAMPLES[quantity]}"
 
 
 def _column(table: Columns, quantity: str, request: Request) -> Column | None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from servosight.models.core import InputError, either
+from servosight.models.core import InputError, column_maps, either
 from servosight.models.io.tables._csv import Sheet
 from servosight.models.io.tables._header_units import split_unit
+from servosight.models.io.tables._likely import likely_columns
 from servosight.models.io.tables._listed import listed
 from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS, Series
 
@@ -35,18 +35,25 @@ def _pick(sheet: Sheet, quantity: str, units: Sequence[str]) -> tuple[str, Serie
         )
     if not found:
         names = [f"{quantity}_{unit}" for unit in units]
-        place = f"COLUMN:{units[0]}"
-        option = (
-            f"`servosight import {shlex.quote(str(sheet.path))} -o REC --map {quantity}={place}`"
-        )
         raise InputError(
             f"{sheet.place}: no column {' or '.join(names)} among "
             f"{listed(sheet.header)}; expected it in the header, so rename the column or "
-            f"name it by {either(f'columns={{{quantity!r}: {place!r}}}', option)}"
+            f"name it by {column_maps(_maps(sheet, quantity, units), sheet.path)}"
         )
     ((name, unit),) = found
     raw = sheet.columns([name])[:, 0]
     return unit, Series(sheet.path, name, raw, raw, sheet.numbers)
+
+
+def _maps(sheet: Sheet, quantity: str, units: Sequence[str]) -> dict[str, str]:
+    """What to map for a quantity that is missing: of all quantities where their names tell."""
+    likely = likely_columns(sheet.header)
+    if len(likely) < 3:
+        return {quantity: f"COLUMN:{units[0]}"}
+    unit = {"time": "s", "command": "deg", "angle": "deg"}
+    return {
+        name: one if split_unit(one)[1] else f"{one}:{unit[name]}" for name, one in likely.items()
+    }
 
 
 def time_of(sheet: Sheet) -> Series:

@@ -10,6 +10,16 @@ from support.recordings import folder, refused, table, with_row, written
 
 SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
     "missing column": (table("time_s,command_deg,angle"), ("row 1", "angle_deg", "--map")),
+    "other names": (
+        table("t [ms],Goal Position [deg],measured"),
+        (
+            "row 1",
+            "time_s",
+            "--map 'time=t [ms]' --map 'command=Goal Position [deg]' "
+            "--map angle=measured:deg` on the command line",
+        ),
+    ),
+    "two of a name": (table("t,goal_a,goal_b"), ("row 1", "--map time=COLUMN:s`")),
     "no header": (["0,0,0", *table()[1:]], ("without a header", "time_s", "1, 2, 3", "--map")),
     "text": (with_row(7, "0.05,left,3"), ("row 7", "command_deg", "'left'", "number", "correct")),
     "empty cell": (with_row(7, "0.05,,3"), ("row 7", "command_deg", "empty", "number")),

@@ -55,7 +55,20 @@ def test_csv_with_colons_pulses_and_metres(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("request_", "words"),
     [
-        (Request(), ("row 1", "time", "--map time=COLUMN", "t, goal, pos")),
+        (
+            Request(),
+            (
+                "row 1",
+                "among t, goal, pos is known to be the time or the command or the angle",
+                "--map time=t:s --map command=goal:deg --map angle=pos:deg`",
+                "other units",
+            ),
+        ),
+        (Request(unit="rad"), ("--map time=t:s --map command=goal --map angle=pos --unit rad`",)),
+        (
+            Request(parse_map(["angle=pos:rad"])),
+            ("the time or the command,", "--map angle=pos:rad --map time=t:s --map command=goal"),
+        ),
         (Request({"time": Column("T")}), ("row 1", "no column T", "t, goal, pos", "--map")),
         (
             Request(parse_map(["time=t:ticks", "command=goal:deg", "angle=pos:deg"])),

@@ -34,7 +34,8 @@ def test_parquet(tmp_path: Path) -> None:
     refused(
         path, columns("time=stamp", "command=goal", "angle=x:rad"), "no column x", "state[0..1]"
     )
-    refused(path, Request(), "time", "--map time=COLUMN", "stamp, goal (rad), state[0..1]")
+    words = "time=stamp:s", "'command=goal (rad)'", "angle=COLUMN"
+    refused(path, Request(), "stamp, goal (rad), state[0..1]", *(f"--map {one}" for one in words))
 
 
 def test_parquet_without_torque_at_the_end(tmp_path: Path) -> None:

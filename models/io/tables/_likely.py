@@ -1,0 +1,59 @@
+"""Columns whose names say what they may be: ``t [ms]``, ``Goal Position [deg]``, ``measured_rad``.
+
+They are suggested, never taken: a log may hold a planned and a sent goal, or two sensors.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from servosight.models.io.tables._header_units import Split, split_unit
+from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS
+
+_WORD = re.compile(r"[a-z]+")
+_OF_TIME = frozenset(("t", "time", "timestamp", "timestamps", "stamp", "clock", "elapsed"))
+_OF_COMMAND = frozenset(
+    ("command", "commanded", "cmd", "goal", "target", "setpoint", "reference", "ref", "desired",
+     "demand", "demanded", "pulse")
+)  # fmt: skip
+_OF_ANGLE = frozenset(
+    ("angle", "position", "pos", "present", "measured", "measurement", "actual", "feedback",
+     "encoder", "theta")
+)  # fmt: skip
+_OF_NEITHER = frozenset(
+    ("speed", "velocity", "vel", "rate", "acceleration", "acc", "current", "torque", "effort",
+     "load", "force", "voltage", "supply", "temperature", "temp", "error", "sigma", "status")
+)  # fmt: skip
+
+
+def likely_columns(names: Sequence[str], split: Split = split_unit) -> dict[str, str]:
+    """The columns that may be time, command and angle by their names and units, each by quantity;
+    none of a quantity that several may be.
+
+    >>> likely_columns(["t [ms]", "Goal Position [deg]", "Present Position [deg]", "Current [mA]"])
+    {'time': 't [ms]', 'command': 'Goal Position [deg]', 'angle': 'Present Position [deg]'}
+    >>> likely_columns(["timestamp", "target_deg", "pos_left", "pos_right", "speed (rad/s)"])
+    {'time': 'timestamp', 'command': 'target_deg'}
+    """
+    found: dict[str, list[str]] = {"time": [], "command": [], "angle": []}
+    for name in names:
+        bare, unit = split(name)
+        quantity = _quantity(bare, unit)
+        if quantity is not None:
+            found[quantity].append(name)
+    return {quantity: alike[0] for quantity, alike in found.items() if len(alike) == 1}
+
+
+def _quantity(bare: str, unit: str | None) -> str | None:
+    """What a column of this name and unit may be."""
+    words = set(_WORD.findall(bare.lower()))
+    if words & _OF_NEITHER:
+        return None
+    if words & _OF_COMMAND:
+        return "command" if unit is None or unit in (*DEGREES, PULSE) else None
+    if words & _OF_TIME:
+        return "time" if unit is None or unit in SECONDS else None
+    if words & _OF_ANGLE:
+        return "angle" if unit is None or unit in DEGREES else None
+    return None
