@@ -61,7 +61,8 @@ class DisturbanceEstimator:
         at = np.rint((recording.time_s - recording.time_s[0]) / interval).astype(np.intp)
         time_s = recording.time_s[0] + interval * np.arange(int(at[-1]) + 1)
         asked = Stimulus.of(recording)
-        model = problem.plant.simulate(row, replace(asked, samples_s=time_s, weights=np.ones(1)))
+        asked = replace(asked, samples_s=time_s, weights=np.ones(1))
+        model = _held(problem.plant.simulate(row, asked))
         numerator, denominator = loop_filter(T, xi, interval)
         sigma = np.full(recording.time_s.size, max(noise_deg, 1e-9))
         if recording.sigma_deg is not None and np.all(recording.sigma_deg > 0.0):
@@ -127,6 +128,13 @@ class DisturbanceEstimator:
         """Sums of the used samples' values (samples,) at each instant, (instants,)."""
         counted = np.where(self.used, values, 0.0)
         return np.bincount(self.at, counted, self.motion.time_s.size).astype(np.float64)
+
+
+def _held(angle_deg: Array) -> Array:
+    """Angles (instants,) that stay where a simulation ran out of steps: one that reached the last
+    sample may do so just before the last instant, which lies up to half an interval later."""
+    known = np.flatnonzero(np.isfinite(angle_deg))
+    return np.interp(np.arange(angle_deg.size), known, angle_deg[known])
 
 
 def _motion(interval_s: float, time_s: Array, angle_deg: Array, force_deg: Array) -> BasisMotion:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +19,9 @@ from servosight.diagnose.discrepancy._matching_pursuit import TERMS
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Split
 from servosight.identify.fit import floor_deg
 from servosight.identify.problem import TOLERANCE_SHARE
-from servosight.models.core import Camera, Recording
+from servosight.models.core import Array, Camera, Recording
 from servosight.models.effects import catalogue
+from servosight.models.plant import Plant
 from servosight.scenarios.settings import LinearServo
 from servosight.sim.run import angle_recording
 
@@ -147,3 +149,23 @@ def test_every_form_can_be_drafted(name: str, tmp_path: Path) -> None:
     assert drafted.place is effect.place
     assert [q.name for q in drafted.parameters] == [q.name for q in effect.parameters]
     compile(path.read_text(encoding="utf-8"), str(path), "exec")
+
+
+def test_a_simulation_that_ends_before_the_last_instant_has_a_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its steps sufficed for the samples, and not for the instant up to half an interval later."""
+    recording = recorded("fixed steps", "vibration", ("amplitude", 1.0), ("frequency", 2.7))
+    linear = ModelSelection(Split.of([recording]), catalogue()).linear()
+    whole = DisturbanceEstimator.of(linear, 0, NOISE_DEG).motion
+    simulate = Plant.simulate
+
+    def ended(plant: Plant, *asked: Any) -> Array:
+        angle_deg = simulate(plant, *asked).copy()
+        angle_deg[..., -1] = np.nan
+        return angle_deg
+
+    monkeypatch.setattr(Plant, "simulate", ended)
+    motion = DisturbanceEstimator.of(linear, 0, NOISE_DEG).motion
+    np.testing.assert_allclose(motion.angle_deg, whole.angle_deg, atol=0.05)
+    assert np.all(np.isfinite(motion.speed_deg_s))
