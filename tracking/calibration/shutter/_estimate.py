@@ -33,6 +33,9 @@ _WIDTH_PX2 = 0.15
 # three clips that were exposed for 0.15 to 0.4 of it. So has such a shear, in one that was read in
 # 0.19 of it.
 _WHOLE, _SLOW_PX = 0.94, 6.0
+# Blur and shear as of a whole frame time both have another cause at any speed: shake and tilt of a
+# camera that exposed for half of it, without a readout, were taken for 0.93 and 0.99 of it.
+_BOTH = 0.9
 _ARM = 0.7  # of the largest radius: the mean distance of what shows the blur
 _UNKNOWN = 1.0 / np.sqrt(12.0)  # of a frame time: uniform up to it
 
@@ -86,7 +89,8 @@ def found_shutters(
     found = (best_shutter if by_rows else best_exposure)(left, frame_s, rough)
     share = found.shutter.exposure_s / frame_s
     slow = pace_px < _SLOW_PX
-    if slow and share >= _WHOLE:
+    both = by_rows and min(share, abs(found.shutter.readout_s) / frame_s) >= _BOTH
+    if both or (slow and share >= _WHOLE):
         return unknown_shutters(frame_s)
     scatter = _TIMES * found.exposure_doubt_s / frame_s
     opens = _norm(scatter, _EXPOSURE_AT_LEAST, found.exposure_like)

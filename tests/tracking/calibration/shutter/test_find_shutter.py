@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -159,6 +160,21 @@ def test_blur_as_of_a_whole_frame_time_has_another_cause_where_it_is_small() -> 
     assert slow.exposure_doubt_s == unknown_shutters(frame_s).exposure_doubt_s
     assert fast.usual_s > 0.95 * frame_s
     assert fast.exposure_doubt_s < 0.1 * frame_s
+
+
+@pytest.mark.parametrize("rolls", [-1.0, 1.0])
+def test_blur_and_shear_as_of_a_whole_frame_time_both_have_another_cause(rolls: float) -> None:
+    """However fast the part is: nothing is known of the shutter then."""
+    frame_s = 1.0 / 30.0
+    noise = 1.0 + 1e-5 * np.random.default_rng(5).standard_normal(24)
+
+    def left(shutter: Shutter, opens: float) -> np.ndarray:
+        away = (shutter.exposure_s / frame_s - opens, shutter.readout_s / frame_s - rolls)
+        return noise + 10.0 * float(np.square(away).sum())
+
+    both, one = (partial(left, opens=opens) for opens in (0.95, 0.5))
+    assert found_shutters(both, both, frame_s, 100.0) == unknown_shutters(frame_s)
+    assert found_shutters(one, one, frame_s, 100.0).readout_s == pytest.approx(rolls * frame_s)
 
 
 @pytest.mark.parametrize("share", [-0.98, 0.98, 1.0])
