@@ -202,9 +202,13 @@ class Footage:
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
         track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
         notes = left_out(track, first, last, bool((found & ~sure).any()))
-        notes += astray(track, self.stabilised, self.hint, max(self.film.images[0].shape))
+        notes += self._astray(track)
         track = replace(track, notes=(*notes, *track.notes))
         return self._confirmed(track, meter, fits, settled)
+
+    def _astray(self, track: Track) -> tuple[str, ...]:
+        """A note where a track is about another place than the pivot pointed at."""
+        return astray(track, self.stabilised, self.hint, max(self.film.images[0].shape))
 
     def _confirmed(
         self, track: Track, meter: PartMeter, fits: list[PoseFit | None], part: FoundPart
@@ -234,7 +238,8 @@ class Footage:
         track = replace(track, sigma_deg=np.hypot(track.sigma_deg, apart_deg))
         track = with_repeats(track)
         seen_deg, sigma_deg = track.angle_deg[track.found], track.sigma_deg[track.found]
-        pointed = self.options.pointed
+        # About another place than the one pointed at it may be a part and its shadow.
+        pointed = self.options.pointed and not self._astray(track)
         why = distrust(apart_deg, sigma_deg, fits, pointed)
         by_sigma = distrust(apart_deg, 0.0 * sigma_deg, fits, pointed) is None
         # Of what enters the picture, an uncertain angle, or one that its grey does not confirm, is
