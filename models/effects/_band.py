@@ -6,5 +6,6 @@ from servosight.models.effects._contract import GuessFeatures
 
 
 def band_starts(features: GuessFeatures) -> tuple[tuple[float, ...], ...]:
-    """Half of the residual, one and a half times and four times of it."""
-    return tuple((share * features.residual_deg,) for share in (0.5, 1.5, 4.0))
+    """Half of the residual to ten times of it: friction in the model takes most of what a wide band
+    does for its own."""
+    return tuple((share * features.residual_deg,) for share in (0.5, 1.5, 4.0, 10.0))

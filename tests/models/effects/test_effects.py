@@ -213,3 +213,13 @@ def test_friction_never_adds_energy(name: str) -> None:
         assert np.all(np.maximum.accumulate(left[::-1])[::-1] - left <= slack + given)
         assert np.all(left <= np.maximum(free, held**2) + slack + given)
         assert np.all(left[-500:] <= np.maximum(free[-500:], held**2))
+
+
+@pytest.mark.parametrize("name", ["dead_band", "dead_zone"])
+@pytest.mark.parametrize("residuals", [0.3, 1.0, 2.5, 6.0, 9.1, 15.0])
+def test_a_fit_of_a_band_begins_within_a_factor_of_two(name: str, residuals: float) -> None:
+    """Half widths as multiples of the residual. Beside a rate limit and Coulomb friction a band of
+    1.15 deg left 0.126 deg, and a fit from four times that found none of it."""
+    widths = np.array([start[0] for start in catalogue()[name].starts(FEATURES)])
+    away = np.abs(np.log2(widths / (residuals * FEATURES.residual_deg)))
+    assert away.min() < 1.0
