@@ -177,7 +177,12 @@ def test_columns_by_name_are_a_recording() -> None:
     ("call", "python", "option"),
     [
         (lambda: recorded().save("rec"), "force=True", "--force"),
-        (lambda: ss.read("log.csv", unit="deg"), "columns={'time': 'COLUMN'}", "--map time=COLUMN"),
+        (
+            lambda: ss.read("log.csv", unit="deg"),
+            "columns={'time': 't:s', 'command': 'goal', 'angle': 'pos'}",
+            "`servosight import log.csv -o REC --map time=t:s --map command=goal --map angle=pos "
+            "--unit deg`",
+        ),
         (lambda: ss.effects("slack"), "plugins=[FILE.py]", "--plugin FILE.py"),
         (lambda: ss.predict("servo.fmu", recorded()), "trust=True", "--trust"),
     ],
