@@ -163,9 +163,12 @@ def filmed_wire(
     """
     far = STAND_INS[kind]()
     wire = Wire(far, faults)
-    film = LightCamera(far, camera_faults or CameraFaults())
+    wrong = camera_faults or CameraFaults()
+    film = LightCamera(far, wrong)
     film.clock = clock = VirtualClock([wire, film], late_s, faults.seed if faults else 0)
-    given = Given(exposure_s=EXPOSURE_S, meaning="exposure_start", timeout_s=0.5)
+    # The wait for a picture is in real time: a process may stall for longer than a short one.
+    timeout_s = 0.5 if math.isfinite(wrong.freezes_s) else 10.0
+    given = Given(exposure_s=EXPOSURE_S, meaning="exposure_start", timeout_s=timeout_s)
     try:
         with MjpegServer(film.film) as server:
             film.pump(clock.now())
