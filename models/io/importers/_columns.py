@@ -32,9 +32,9 @@ from servosight.models.io.tables import (
     likely_columns,
     listed,
     split_unit,
+    with_unit,
 )
 
-_EXAMPLES = {"time": "s", "command": "deg", "angle": "deg"}
 _ANY = "COLUMN"
 
 
@@ -182,7 +182,10 @@ def _unknown_columns(
         )
     given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
     maps = {name: one.removesuffix(":") for name, one in given.items()}
-    maps |= {name: _with_unit(table, name, likely.get(name), request.unit) for name in missing}
+    maps |= {
+        name: with_unit(name, likely[name], table.split, request.unit) if name in likely else _ANY
+        for name in missing
+    }
     write = f"write {column_maps(maps, None if request.command else path, request.unit)}"
     if any(maps[name] != likely.get(name, _ANY) for name in missing):
         write += ", with other units where they count those"
@@ -198,15 +201,6 @@ def _unknown_columns(
         f"{table.place}: {columns} {', '.join(silent.values())} {have} no unit, expected one in "
         f"the header or in the map; {write}"
     )
-
-
-def _with_unit(table: Columns, quantity: str, column: str | None, unit: str | None) -> str:
-    """A column as a map names it: with a usual unit where nothing says which; ``unit`` is that of
-    angles and commands."""
-    if column is None:
-        return _ANY
-    known = table.split(column)[1] or (quantity != "time" and unit)
-    return column if known else f"{column}:{_EXAMPLES[quantity]}"
 
 
 def _column(table: Columns, quantity: str, request: Request) -> Column | None:

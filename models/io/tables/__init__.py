@@ -12,6 +12,7 @@ from servosight.models.io.tables._header_units import spelled as spelled
 from servosight.models.io.tables._header_units import split_path as split_path
 from servosight.models.io.tables._header_units import split_unit as split_unit
 from servosight.models.io.tables._likely import likely_columns as likely_columns
+from servosight.models.io.tables._likely import with_unit as with_unit
 from servosight.models.io.tables._listed import listed as listed
 from servosight.models.io.tables._quantities import angle_of as angle_of
 from servosight.models.io.tables._quantities import command_of as command_of

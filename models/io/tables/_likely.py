@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from servosight.models.io.tables._header_units import Split, split_unit
 from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS
 
+_UNITS = {"time": "s", "command": "deg", "angle": "deg"}
 _WORD = re.compile(r"[a-z]+")
 _OF_TIME = frozenset(("t", "time", "timestamp", "timestamps", "stamp", "clock", "elapsed"))
 _OF_COMMAND = frozenset(
@@ -43,6 +44,19 @@ def likely_columns(names: Sequence[str], split: Split = split_unit) -> dict[str,
         if quantity is not None:
             found[quantity].append(name)
     return {quantity: alike[0] for quantity, alike in found.items() if len(alike) == 1}
+
+
+def with_unit(
+    quantity: str, column: str, split: Split = split_unit, unit: str | None = None
+) -> str:
+    """A column as a map names it: with a usual unit where nothing says which; ``unit`` is that of
+    angles and commands.
+
+    >>> with_unit("time", "t [ms]"), with_unit("time", "t"), with_unit("angle", "pos", unit="rad")
+    ('t [ms]', 't:s', 'pos')
+    """
+    known = split(column)[1] or (quantity != "time" and unit)
+    return column if known else f"{column}:{_UNITS[quantity]}"
 
 
 def _quantity(bare: str, unit: str | None) -> str | None:

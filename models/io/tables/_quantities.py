@@ -10,7 +10,7 @@ import numpy as np
 from servosight.models.core import InputError, column_maps, either
 from servosight.models.io.tables._csv import Sheet
 from servosight.models.io.tables._header_units import split_unit
-from servosight.models.io.tables._likely import likely_columns
+from servosight.models.io.tables._likely import likely_columns, with_unit
 from servosight.models.io.tables._listed import listed
 from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS, Series
 
@@ -50,10 +50,7 @@ def _maps(sheet: Sheet, quantity: str, units: Sequence[str]) -> dict[str, str]:
     likely = likely_columns(sheet.header)
     if len(likely) < 3:
         return {quantity: f"COLUMN:{units[0]}"}
-    unit = {"time": "s", "command": "deg", "angle": "deg"}
-    return {
-        name: one if split_unit(one)[1] else f"{one}:{unit[name]}" for name, one in likely.items()
-    }
+    return {name: with_unit(name, column) for name, column in likely.items()}
 
 
 def time_of(sheet: Sheet) -> Series:
