@@ -6,7 +6,7 @@ from pathlib import Path
 
 from servosight.models.core import FrameProgress
 from servosight.tracking.core import Track, TrackOptions
-from servosight.tracking.methods import method_of
+from servosight.tracking.methods import beside_what_turns_evenly, method_of
 from servosight.tracking.video import Film, open_film
 
 
@@ -42,4 +42,4 @@ def track_film(film: Film, options: TrackOptions, progress: FrameProgress | None
     """
     if options.beside is not None and film.shutters is None:
         film = film.exposed(options.beside.shutters)
-    return method_of(options.method)(film, options, progress)
+    return beside_what_turns_evenly(method_of(options.method), film, options, progress)

@@ -14,7 +14,7 @@ from servosight.tracking.composite._matting import with_cover
 from servosight.tracking.composite._refit import Refit, refitted
 from servosight.tracking.composite._rigid_check import shifting_rad
 from servosight.tracking.composite._sighting import Sighting, farthest_rad, followed
-from servosight.tracking.composite._stabilised import StabilisedSample, as_bright, evenly, light_of
+from servosight.tracking.composite._stabilised import StabilisedSample, evenly
 from servosight.tracking.composite._trust import TRUST
 from servosight.tracking.composite.camera import Background, aligned, motion_from
 from servosight.tracking.composite.model import (
@@ -99,9 +99,11 @@ class PartMeter:
         swept = np.zeros(stabilised.content.shape, np.uint8)
         for cover in covers_in(view, shape > 0.5, _some(angles[good]), swept.shape):
             swept |= cover.astype(np.uint8)
+        if stabilised.shaded is not None:
+            swept |= stabilised.shaded.astype(np.uint8)
         clear = (cv2.dilate(swept, np.ones((9, 9), np.uint8)) == 0) & stabilised.content
         features = np.asarray(255 * clear, np.uint8)
-        behind = model.behind if stabilised.channel.luma else stabilised.guide
+        behind = stabilised.guide if stabilised.coloured else model.behind
         background = Background.of(behind, clear) if stabilised.moves else None
         known = np.where(good, angles, np.nan)
         return cls(
@@ -246,12 +248,11 @@ class PartMeter:
             if self.background is not None:
                 onto = self.background.onto(picture, motion)
         still, _ = aligned(picture, onto)
-        if self.stabilised.channel.luma:
-            still = evenly(still, self.model.behind)
+        if frame.colour is not None:
+            cb, cr = (aligned(small(one, self.stabilised.scale), onto)[0] for one in frame.colour)
+            still = self.stabilised.seen(still, cb, cr)
         else:
-            light = light_of(still, self.stabilised.guide)
-            colour = small(frame.seen_in(self.stabilised.channel), self.stabilised.scale)
-            still = as_bright(aligned(colour, onto)[0], light)
+            still = evenly(still, self.model.behind)
         seen = Sighting.of(self.rough, self.rough_scale, still, near)
         fits = self._shown(still, seen.likeliest)
         if all(fit.explained < _AS_GOOD for fit in fits):

@@ -15,7 +15,7 @@ from servosight.tracking.composite.camera import (
     aligned,
     displacement_px,
 )
-from servosight.tracking.composite.parts import colour_of
+from servosight.tracking.composite.parts import Shadow, colour_of
 from servosight.tracking.core import LUMA, NEUTRAL, Channel, known_median
 from servosight.tracking.verification import FrameSample
 from servosight.tracking.video import roll_of
@@ -37,7 +37,8 @@ class StabilisedSample:
     ``reference_index`` is the reference's number. ``pictures`` show one ``channel``; ``reference``
     and ``guide`` (height, width), the usual picture, are grey in any case: by them frames are
     aligned, and scaled by ``light`` (n,) to the same brightness. The pictures begin at
-    ``origin_px`` of the video's, and have a share ``rows_share`` of its rows.
+    ``origin_px`` of the video's, and have a share ``rows_share`` of its rows. A ``shadow`` is taken
+    out of the pictures, which falls where ``shaded`` (height, width) in some of them.
     """
 
     pictures: Single
@@ -54,6 +55,8 @@ class StabilisedSample:
     channel: Channel = LUMA
     origin_px: tuple[int, int] = (0, 0)
     rows_share: float = 1.0
+    shadow: Shadow | None = None
+    shaded: Mask | None = None
 
     def in_video(self, points: Array) -> Array:
         """Points of the pictures (..., 2) in the video's own pixels."""
@@ -64,9 +67,14 @@ class StabilisedSample:
         return np.asarray((points - np.array(self.origin_px) + 0.5) * self.scale - 0.5)
 
     @property
+    def coloured(self) -> bool:
+        """Whether the colour of frames is needed to bring them to what the pictures show."""
+        return self.shadow is not None or not self.channel.luma
+
+    @property
     def shown(self) -> Single:
         """The reference in the pictures' own channel."""
-        if self.channel.luma:
+        if not self.coloured:
             return np.asarray(self.reference, np.float32)
         row = int(np.searchsorted(self.index, self.reference_index))
         return np.asarray(self.pictures[row], np.float32)
@@ -146,6 +154,27 @@ class StabilisedSample:
         if channel is None:
             return None
         return replace(self, pictures=channel.mixed(blue, red), channel=channel)
+
+    def without_shadow(self, cb: FrameSample, cr: FrameSample) -> StabilisedSample | None:
+        """The same pictures without the shadow that moves on the background; None where none does.
+
+        The samples hold the same frames in their differences of colour.
+        """
+        colours = np.stack([self.pictures, self._still(cb), self._still(cr)], axis=1)
+        shadow = Shadow.of(colours, self.content)
+        if shadow is None:
+            return None
+        lit = np.stack([shadow.without(one) for one in colours])
+        shaded = (np.abs(lit - self.pictures) > 0.0).any(0)
+        return replace(self, pictures=lit, shadow=shadow, shaded=shaded)
+
+    def seen(self, still: Single, cb: Single, cr: Single) -> Single:
+        """What the pictures show, of an aligned frame (height, width) in grey, Cb and Cr."""
+        light = light_of(still, self.guide)
+        blue, red = as_bright(cb, light), as_bright(cr, light)
+        if self.shadow is None:
+            return self.channel.mixed(blue, red)
+        return self.shadow.without(np.stack([np.float32(light) * still, blue, red]))
 
     def _still(self, sample: FrameSample) -> Single:
         """The same frames in a difference of colour, aligned and as bright; (n, height, width)."""

@@ -5,6 +5,9 @@ in ``METHOD_WORDS``.
 """
 
 from servosight.tracking.methods._contract import Method as Method
+from servosight.tracking.methods._even_turning import (
+    beside_what_turns_evenly as beside_what_turns_evenly,
+)
 from servosight.tracking.methods._frames import (
     MovingPart as MovingPart,
 )

@@ -33,6 +33,11 @@ def measured_closer(footage: Footage, part: FoundPart, progress: FrameProgress |
     if window is None:
         raise footage.nothing([])
     closer = replace(Footage.of(footage.film, footage.options, window), tilt=footage.tilt)
+    if stabilised.shadow is not None:
+        lit = closer.without_shadow()
+        if lit is None:
+            raise footage.nothing([])
+        closer = lit
     near = closer.stabilised
     onto = stabilised.onto_near(near.reference_index)
     there = onto[:, :2] @ np.array(part.pivot_px) + onto[:, 2]

@@ -87,6 +87,15 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
         return _in_one_channel(footage, progress)
     except TrackRefused as in_grey:
         refused = in_grey
+    lit = footage.without_shadow() if options.pick == 1 else None
+    if lit is not None:
+        try:
+            track = _in_one_channel(lit.knowing(refused.rough), progress)
+        except TrackRefused as without_shadow:
+            refused = more_telling(refused, without_shadow)
+        else:
+            if refused.rough is None or alike(refused.rough, track):
+                return track
     coloured = None if options.pointed else footage.in_colour()
     if coloured is not None:
         try:
@@ -133,7 +142,9 @@ def _of_part(
     progress: FrameProgress | None,
 ) -> Track:  # fmt: skip
     """The track of the part at that place, and a rough one, with what is to be said of it."""
-    candidates = [footage.candidate(part) for part in parts]
+    # --pick counts the parts of the pictures as they are.
+    as_filmed = not footage.stabilised.coloured
+    candidates = [footage.candidate(part) for part in parts] if as_filmed else []
     try:
         return with_choice(measure(footage, parts[number - 1], progress), candidates, number)
     except TrackRefused as refused:

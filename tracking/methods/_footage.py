@@ -64,6 +64,7 @@ _LEAPS = (
     "leaps by {:.0f} deg from one frame to the next and rests before and after; expected a part "
     "that turns"
 )
+_SHADOW = "the shadow that moves with the part is taken out: the frames show the background there"
 _LEAST_TRIED = 0.4  # about a rough pivot: about a better one a part may explain enough
 
 
@@ -115,14 +116,24 @@ class Footage:
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
         no colour changes."""
+        stabilised = self.stabilised.in_colour(*self._colours)
+        return None if stabilised is None else replace(self, stabilised=stabilised)
+
+    def without_shadow(self) -> Footage | None:
+        """The same frames without the shadow that moves on the background; None where none does."""
+        stabilised = self.stabilised.without_shadow(*self._colours)
+        return None if stabilised is None else replace(self, stabilised=stabilised)
+
+    @cached_property
+    def _colours(self) -> tuple[FrameSample, FrameSample]:
+        """The sampled frames in their differences of colour, Cb and Cr."""
         same = frozenset(self.sample.index)
         cb, cr = (FrameSample(_as_it_is, only=same) for _ in range(2))
         for frame in windowed(self.film.decoded(coloured=True), self.window):
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
                 sample.add(replace(frame, image=image))
-        stabilised = self.stabilised.in_colour(cb, cr)
-        return None if stabilised is None else replace(self, stabilised=stabilised)
+        return cb, cr
 
     @property
     def least_explained(self) -> float:
@@ -202,6 +213,8 @@ class Footage:
         stamps_s, missing = self.stamps_s[: len(fits)], list(self.missing[: len(fits)])
         track = track_of(self.film, self.options, meter, stamps_s, missing, fits)
         notes = left_out(track, first, last, bool((found & ~sure).any()))
+        if self.stabilised.shadow is not None:
+            notes += (_SHADOW,)
         notes += self._astray(track)
         track = replace(track, notes=(*notes, *track.notes))
         return self._confirmed(track, meter, fits, settled)
@@ -267,8 +280,7 @@ class Footage:
         return track
 
     def _frames(self) -> Iterator[Frame]:
-        coloured = not self.stabilised.channel.luma
-        return windowed(self.film.decoded(coloured=coloured), self.window)
+        return windowed(self.film.decoded(coloured=self.stabilised.coloured), self.window)
 
     def nothing(self, parts: Sequence[FoundPart]) -> TrackRefused:
         """That the part is not there, with the parts that were found drawn."""

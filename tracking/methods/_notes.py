@@ -13,22 +13,21 @@ from servosight.tracking.core import Candidate, Track
 def with_choice(track: Track, candidates: Sequence[Candidate], pick: int) -> Track:
     """A track of the part at place ``pick`` among the candidates, with what is to be said of that
     choice."""
-    known = tuple(candidates) if track.channel.luma else ()  # in which --pick counts
     notes = ["part and background as one model: for footage in which no textured part is found"]
     if not track.channel.luma:
         notes.append(
             "the grey of the pictures shows no part that the frames confirm: measured in their "
             f"{track.channel.words}, which cameras and codecs hold at half of the size"
         )
-    others = [number for number in range(1, len(known) + 1) if number != pick]
+    others = [number for number in range(1, len(candidates) + 1) if number != pick]
     if others:
-        (x, y), explained = known[others[0] - 1].pivot_px, known[others[0] - 1].explained
+        (x, y), explained = candidates[others[0] - 1].pivot_px, candidates[others[0] - 1].explained
         notes.append(
             f"the part about {x:.0f},{y:.0f} px may be meant as well: it explains "
             f"{explained:.0%} of what changes, the one measured "
-            f"{known[pick - 1].explained:.0%}; --pick {others[0]} takes it"
+            f"{candidates[pick - 1].explained:.0%}; --pick {others[0]} takes it"
         )
-    return replace(track, candidates=known, notes=(*notes, *track.notes))
+    return replace(track, candidates=tuple(candidates), notes=(*notes, *track.notes))
 
 
 def left_out(track: Track, first: int, last: int, lost: bool) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def measured_in_places(
     A part must explain as much of what changes there as one that is believed.
     """
     options, stabilised = footage.options, footage.stabilised
-    alone = options.beside is None and options.pick == 1 and stabilised.channel.luma
+    alone = options.beside is None and options.pick == 1 and not stabilised.coloured
     if options.pointed or not alone or footage.window is not None or refused.rough is not None:
         raise refused
     for window in _windows(footage):

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servosight.models.core import Image, InputError, Single
-from servosight.tracking.core import Channel
+from servosight.models.core import Image, InputError
 from servosight.tracking.video._container import (
     MIN_FRAMES,
     declared_end_s,
@@ -45,11 +44,6 @@ class Frame:
     roll_rad: float = 0.0
     colour: Image | None = None
     missing: int = 0
-
-    def seen_in(self, channel: Channel) -> Single:
-        """The picture in a channel of colour (height, width)."""
-        assert self.colour is not None
-        return channel.mixed(*self.colour)
 
 
 def frames(video: Path, coloured: bool = False, woven: FieldOrder | None = None) -> Iterator[Frame]:

@@ -16,6 +16,7 @@ from servosight.tracking.methods._composite import surer as surer_of
 from servosight.tracking.methods._footage import Footage
 
 PICTURE = partial(np.zeros, (4, 4, 3), np.uint8)
+AS_FILMED = cast(Any, SimpleNamespace(coloured=False))
 SHARES = (0.5, 0.45, 0.2)  # of the change that the parts explain about a rough pivot
 
 
@@ -59,7 +60,7 @@ def test_the_more_telling_refusal_is_raised(
     """Of parts that the frames refuse; others than the first one are measured where they may
     explain enough, which is 40 % about a rough pivot."""
     unused = cast(Any, None)
-    footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
+    footage = Footage(unused, TrackOptions(), unused, AS_FILMED, unused, (), None)
 
     def measured(self: Footage, part: Any, progress: Any) -> Any:
         assert again is not None
@@ -77,7 +78,7 @@ def test_a_part_that_explains_enough_is_tried_before_others(
 ) -> None:
     """Two pieces of a screen, of half of which a turn explains the change, and then a horn."""
     unused = cast(Any, None)
-    footage = Footage(unused, TrackOptions(), unused, unused, unused, (), None)
+    footage = Footage(unused, TrackOptions(), unused, AS_FILMED, unused, (), None)
     tried: list[float] = []
 
     def measured(self: Footage, part: Any, progress: Any) -> Any:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
 import pytest
+from support.coloured_film import coloured_film
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite import TRUST
@@ -20,7 +19,7 @@ from servosight.tracking.methods._footage import Footage
 from servosight.tracking.verification import PolarView
 from servosight.tracking.video import open_film
 
-FRAMES, RATE_HZ = 60, 30.0
+FRAMES = 60
 SIZE = (320, 240)
 PIVOT = np.array([160.0, 124.0])
 BAR = np.array([[-8.0, -9.0], [92.0, -9.0], [92.0, 9.0], [-8.0, 9.0]])
@@ -60,27 +59,10 @@ def planes_of(angle_deg: Array, colour: tuple[float, float] = COLOUR) -> list[Si
     return drawn
 
 
-def written(path: Path, drawn: list[Single], pixels: str = "yuv420p", crf: int = 14) -> Path:
-    """As cameras write it: the colour at half of the size, in H.264.
-
-    By one thread: with several, the encoder writes another file from run to run.
-    """
-    with av.open(str(path), "w") as container:
-        options = {"crf": str(crf), "preset": "veryfast", "threads": "1"}
-        stream = container.add_stream("libx264", rate=Fraction(RATE_HZ), options=options)
-        stream.width, stream.height, stream.pix_fmt = *SIZE, pixels
-        for planes in drawn:
-            whole = np.clip(np.round(planes), 0, 255).astype(np.uint8)
-            frame = av.VideoFrame.from_ndarray(whole, format="yuv444p")
-            container.mux(stream.encode(frame.reformat(format=pixels)))
-        container.mux(stream.encode())
-    return path
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Track:
     """The bar tracked with nothing given."""
-    video = written(tmp_path_factory.mktemp("colour") / "held.mp4", planes_of(ANGLE_DEG))
+    video = coloured_film(tmp_path_factory.mktemp("colour") / "held.mp4", planes_of(ANGLE_DEG))
     return composite(open_film(video, TrackOptions()), TrackOptions())
 
 
@@ -111,7 +93,7 @@ def test_sigma_holds_the_errors_of_a_coarse_codec(tmp_path: Path) -> None:
     An edge of colour stays where it was until it is off by half a pixel: 0.35 deg rms, of which the
     residuals show 0.04. A note says so, for its sigma is more than 0.25 deg.
     """
-    video = written(tmp_path / "coarse.mp4", planes_of(ANGLE_DEG), crf=20)
+    video = coloured_film(tmp_path / "coarse.mp4", planes_of(ANGLE_DEG), crf=20)
     found = composite(open_film(video, TrackOptions()), TrackOptions())
     assert any("all angles are uncertain by" in note for note in found.notes)
     error = found.angle_deg - ANGLE_DEG
@@ -132,7 +114,7 @@ def test_without_colour_the_refusal_is_that_of_the_grey(tmp_path: Path, pixels: 
     rng = np.random.default_rng(22)
     for planes in drawn:
         planes[1:] = 128.0 + NOISE * rng.standard_normal(planes[1:].shape)
-    video = written(tmp_path / "grey.mp4", drawn, pixels)
+    video = coloured_film(tmp_path / "grey.mp4", drawn, pixels)
     film = open_film(video, TrackOptions())
     with pytest.raises(TrackRefused) as in_grey:
         _in_one_channel(Footage.of(film, TrackOptions()), None)

@@ -85,7 +85,11 @@ def test_only_a_part_that_its_sigma_refuses_is_looked_at_more_closely(
 
     part = SimpleNamespace(inside=True)
     footage = SimpleNamespace(
-        options=TrackOptions(), parts=lambda: [part], check=lambda _: None, candidate=lambda _: None
+        options=TrackOptions(),
+        parts=lambda: [part],
+        check=lambda _: None,
+        candidate=lambda _: None,
+        stabilised=SimpleNamespace(coloured=False),
     )
     footage.knowing = lambda rough: footage
     monkeypatch.setattr(Footage, "measured", measured)

@@ -95,7 +95,7 @@ def test_places_are_looked_at_where_the_whole_pictures_are_refused(
 def test_no_place_is_looked_at_instead_of_what_is_pointed_at_or_has_an_angle(
     changed: dict[str, Any], refused: TrackRefused
 ) -> None:
-    stabilised = SimpleNamespace(channel=SimpleNamespace(luma=True))
+    stabilised = SimpleNamespace(coloured=False)
     options = replace(OPTIONS, **changed)
     footage = cast(Footage, SimpleNamespace(options=options, stabilised=stabilised, window=None))
     with pytest.raises(TrackRefused) as raised:

@@ -86,6 +86,6 @@ def test_colour_is_turned_as_the_grey_is(tmp_path: Path) -> None:
 
 def test_a_channel_of_colour_is_a_weighted_sum(tmp_path: Path) -> None:
     _, frame = both(written(tmp_path / "film.mp4", "yuv444p"))[0]
-    mixed = frame.seen_in(Channel(cb=-0.6, cr=0.8))
+    mixed = Channel(cb=-0.6, cr=0.8).mixed(*colour_of(frame))
     expected = NEUTRAL - 0.6 * (CB - NEUTRAL) + 0.8 * (CR - NEUTRAL)
     assert np.abs(mixed[:, : LEFT - EDGE] - expected).max() <= 1.5

@@ -12,3 +12,4 @@ from servosight.tracking.composite.parts._part import learnt as learnt
 from servosight.tracking.composite.parts._part import pieces_of as pieces_of
 from servosight.tracking.composite.parts._part import pivot_scores as pivot_scores
 from servosight.tracking.composite.parts._part import references_of as references_of
+from servosight.tracking.composite.parts._shadow import Shadow as Shadow
