@@ -103,7 +103,7 @@ def refuse_without(needed: str, options: Mapping[str, object]) -> None:
 def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
     """``--seed N``."""
     parser.add_argument(
-        "--seed", metavar="N", type=seed, default=default, help="seed of everything random"
+        "--seed", metavar="N", type=whole, default=default, help="seed of everything random"
     )
 
 
@@ -164,10 +164,10 @@ def number(text: str) -> float:
     return value
 
 
-def seed(text: str) -> int:
+def whole(text: str) -> int:
     """A whole number from 0."""
     if not text.isascii() or not text.isdigit() or len(text) > 18:
-        raise argparse.ArgumentTypeError(f"{text!r} is no seed, expected a whole number from 0")
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number from 0")
     return int(text)
 
 

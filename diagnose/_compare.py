@@ -47,6 +47,7 @@ from servosight.models.core import (
 from servosight.models.effects import Effect
 from servosight.models.effects import catalogue as built_in
 from servosight.models.io import load_recording
+from servosight.models.plant import to_the_end
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -174,6 +175,8 @@ def comparison_of(
     """What predictions of the recordings say of the model that made them."""
     known = built_in() if catalogue is None else catalogue
     seen, left_out = usable_views(one_or_more(recordings))
+    for one in judged:
+        to_the_end(one.predicted_deg, one.recording)
     noise = joint_noise_deg(tuple(seen))
     floor = floor_deg(seen, noise, tolerance)
     _, notes = thinned(seen)

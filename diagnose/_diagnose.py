@@ -35,7 +35,7 @@ from servosight.diagnose.selection import (
     PriorKnowledge,
     SelectionPolicy,
 )
-from servosight.identify.fit import early_notes
+from servosight.identify.fit import early_notes, exchanged_notes
 from servosight.identify.foreign import is_around_fmu
 from servosight.identify.problem import measured_by_servo, unused_disturbances
 from servosight.identify.transmission import transmissions
@@ -191,6 +191,7 @@ def _warnings(
         *data.shortened,
         *models.split.warnings,
         *outcome.timing,
+        *exchanged_notes(data.whole),
         *(
             ()
             if is_around_fmu(data.catalogue)

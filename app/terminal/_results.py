@@ -151,10 +151,13 @@ def show_blind(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
     if not detectable:
         return
     unseen = [one["effect"] for one in detectable if one["value"] is None]
-    seen = f"{len(detectable) - len(unseen)} further effects would have shown from some size on"
+    seen = len(detectable) - len(unseen)
     if unseen:
         out.print(f"These recordings could not have shown {', '.join(unseen)} at any size.")
-    out.print(f"{seen} (--json has the sizes).")
+    out.print(
+        f"{seen} effects that the model lacks would have shown from some size on (--json has the "
+        "sizes)."
+    )
     out.print()
 
 

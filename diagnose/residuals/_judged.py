@@ -53,8 +53,10 @@ class Judged:
 
     @cached_property
     def error_deg(self) -> Array:
-        """Measured minus predicted angle [deg], (samples,)."""
-        return self.recording.angle_deg - self.predicted_deg
+        """Measured minus predicted angle [deg], (samples,); as of a fit behind the end of a
+        simulation that ran out of steps."""
+        error_deg = self.recording.angle_deg - self.predicted_deg
+        return np.nan_to_num(error_deg, nan=LOST_DEG)
 
     @property
     def choosing(self) -> Judged:

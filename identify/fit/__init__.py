@@ -13,6 +13,7 @@ from servosight.identify.fit._effects import fit_effects as fit_effects
 from servosight.identify.fit._effects import initial_changes as initial_changes
 from servosight.identify.fit._effects import search_effects as search_effects
 from servosight.identify.fit._effects import sketch_effects as sketch_effects
+from servosight.identify.fit._exchanged import exchanged_notes as exchanged_notes
 from servosight.identify.fit._fitted import FittedParameters as FittedParameters
 from servosight.identify.fit._floor import floor_deg as floor_deg
 from servosight.identify.fit._floor import tolerance_deg as tolerance_deg

@@ -12,8 +12,10 @@ from servosight.models.core import CORE, Actuator, Array, Estimate, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant import (
     bandwidth_hz,
+    command_recording,
     integral_s,
     natural_frequency_hz,
+    predict_from_rest,
     resonance_db,
     step_metrics,
 )
@@ -106,7 +108,8 @@ def step_response(
 ) -> Array:
     """The angle [deg] after a step of the command at time 0, from where it rests before."""
     command = np.where(times_s < 0.0, 0.0, step_deg)
-    angle = actuator.predict(time_s=times_s - times_s[0], command_deg=command, catalogue=catalogue)
+    since_s = times_s - times_s[0]
+    angle = predict_from_rest(actuator, command_recording(since_s, command, since_s), catalogue)
     return np.asarray(angle - angle[times_s < 0.0][-1])
 
 

@@ -12,6 +12,7 @@ from servosight.identify.design import assess, better_command
 from servosight.identify.fit._dynamics import dynamics, step_size_deg
 from servosight.identify.fit._early import early_notes
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._exchanged import exchanged_notes
 from servosight.identify.fit._floor import floor_deg
 from servosight.identify.fit._frames import frame_notes
 from servosight.identify.fit._latencies import latency_notes
@@ -130,6 +131,7 @@ def identify(
             *notes,
             *solution.notes,
             *latency_notes(solution),
+            *exchanged_notes(whole),
             *early_notes(solution, floor),
             *frame_notes(solution, floor),
             *warnings,

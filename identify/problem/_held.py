@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 
 from servosight.models.core import CORE, InputError, did_you_mean
 from servosight.models.effects import Effect
@@ -34,6 +35,7 @@ def checked_held(
                 f"fix {name}: no such parameter{did_you_mean(name, known)}; expected one of "
                 f"{', '.join(known)}"
             )
+        _check_number(name, value)
         low, high = known[name].low, known[name].high
         if not (low <= value <= high and abs(value) < float("inf")):
             unit = known[name].unit
@@ -46,3 +48,11 @@ def checked_held(
                 "number; write the gain, such as k=1"
             )
     return {name: float(value) for name, value in fix.items()}
+
+
+def _check_number(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(
+            f"fix {name}: the value is {value!r}, expected a number; write it as one, such as "
+            f"{name}=1"
+        )

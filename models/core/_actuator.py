@@ -115,7 +115,8 @@ class Actuator(Frozen):
 
         For a recording (or its path) at its times, from its start; or for a command that holds
         between ``time_s`` (samples,), from rest. ``catalogue`` is needed for effects of a plugin.
-        InputError where the times do not rise, a number is not finite, or both are given.
+        InputError where the times do not rise, a number is not finite, or both are given, and where
+        the motion runs away.
 
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
@@ -125,7 +126,12 @@ class Actuator(Frozen):
         """
         from servosight.models.effects import catalogue as built_in  # what is above core, on use
         from servosight.models.io import command_from_arrays, load_recording
-        from servosight.models.plant import predict, predict_command
+        from servosight.models.plant import (
+            command_recording,
+            predict,
+            predict_from_rest,
+            to_the_end,
+        )
 
         known = built_in() if catalogue is None else catalogue
         given = tuple(one is not None for one in (recording, time_s, command_deg))
@@ -135,7 +141,8 @@ class Actuator(Frozen):
             )
         if recording is None:
             rows = command_from_arrays("predict", time_s, command_deg)
-            return predict_command(self, *rows, known)
+            run = command_recording(*rows, rows[0])
+            return to_the_end(predict_from_rest(self, run, known), run)
         if isinstance(recording, Path | str):
             recording = load_recording(recording)
         if not isinstance(recording, Recording):
@@ -143,7 +150,7 @@ class Actuator(Frozen):
                 f"predict: a {type(recording).__name__} is no recording, expected a Recording or "
                 f"the path of one; give arrays as time_s and command_deg"
             )
-        return predict(self, recording, known)
+        return to_the_end(predict(self, recording, known), recording)
 
     def to_control(self, *, state_space: bool = False, delay_order: int = 0) -> Any:
         """The linear core k / (T^2 s^2 + 2 xi T s + 1) as a ``control.TransferFunction``.

@@ -18,7 +18,7 @@ from servosight.models.plant._plant import Plant as Plant
 from servosight.models.plant._plant import Stimulus as Stimulus
 from servosight.models.plant._predict import command_recording as command_recording
 from servosight.models.plant._predict import predict as predict
-from servosight.models.plant._predict import predict_command as predict_command
 from servosight.models.plant._predict import predict_from_rest as predict_from_rest
+from servosight.models.plant._predict import to_the_end as to_the_end
 from servosight.models.plant.kernel import Layout as Layout
 from servosight.models.plant.kernel import kernel_source as kernel_source

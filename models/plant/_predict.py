@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from servosight.models.core import CORE, OWN, Actuator, Array, Recording
+from servosight.models.core import CORE, OWN, Actuator, Array, InputError, Recording
 from servosight.models.effects import Effect
 from servosight.models.plant._plant import Plant, Stimulus
 
@@ -25,7 +25,7 @@ def predict(
     """Angle [deg] at the recording's times, (samples,), simulated from its command.
 
     The bias is the actuator's. Where the initial state is not given it is read off the first
-    samples of the measured angle.
+    samples of the measured angle. NaN where the simulation does not get there (``to_the_end``).
     """
     plant = Plant.of(catalogue)
     row = np.array(plant.layout.neutral_row())
@@ -44,11 +44,16 @@ def predict(
     return plant.simulate(row, Stimulus.of(recording))
 
 
-def predict_command(
-    actuator: Actuator, time_s: Array, command_deg: Array, catalogue: Mapping[str, Effect]
-) -> Array:
-    """Angle [deg] at ``time_s`` (samples,) for a command held between these times, from rest."""
-    return predict_from_rest(actuator, command_recording(time_s, command_deg, time_s), catalogue)
+def to_the_end(angle_deg: Array, recording: Recording) -> Array:
+    """Predicted angles (samples,) of a recording; InputError where they end before it does."""
+    lost = np.flatnonzero(~np.isfinite(angle_deg))
+    if lost.size:
+        raise InputError(
+            f"{recording.name}: the model's simulation ends at {recording.time_s[lost[0]]:.4g} s, "
+            "as its motion runs away or reverses without end, expected the values of a servo; "
+            "correct T, xi and the effects' parameters, or fit the model again"
+        )
+    return angle_deg
 
 
 def predict_from_rest(

@@ -122,8 +122,11 @@ def test_wrong_words_give_one_sentence(
     held = recorded(tmp_path / "held", steps)
     capsys.readouterr()
     for words, expected in (
-        (["excite"], "one of a shape"),
-        (["excite", "sine", "--check", out], "one of a shape"),
+        (["excite"], "a shape, --check and --analyse given, expected one of them"),
+        (
+            ["excite", "sine", "--check", out],
+            "a shape, --check and --analyse given, expected one of them",
+        ),
         (["excite", "sawtooth", "-o", out], "expected one of steps"),
         (["excite", "sine"], "-o command.csv"),
         (["excite", "sine", "--rate", "0", "-o", out], "the rate of the command is 0"),

@@ -94,6 +94,36 @@ def test_a_dense_command_is_answered_at_its_rows(card: Path, tmp_path: Path) -> 
     assert ss.predict(card, command, rate_hz=5.0).size == 3
 
 
+def test_a_motion_that_runs_away_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Integral action far too strong for its damping, by the command line and from Python."""
+    values = {"k": K, "T": T, "xi": 0.1, "bias": 0.0}
+    values |= {"integral_action.rate": 100.0, "integral_action.lag": 0.0}
+    actuator = Actuator(
+        {name: Estimate(value, None, "") for name, value in values.items()}, ("integral_action",)
+    )
+    card, command, angle = (tmp_path / name for name in ("m.toml", "command.csv", "angle.csv"))
+    actuator.save(card)
+    command.write_text(STEPS)
+    assert main(["predict", str(card), str(command), "-o", str(angle)]) == 2
+    assert "the model's simulation ends at" in capsys.readouterr().err
+    assert not angle.exists()
+    recording = ss.simulate(seed=3)
+    for refused in (actuator.predict, lambda on: ss.compare(actuator, on)):
+        with pytest.raises(ss.InputError, match="the model's simulation ends at"):
+            refused(recording)
+
+
+def test_a_model_behind_its_command_is_named(
+    card: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = tmp_path / "command.csv"
+    command.write_text(STEPS)
+    assert main(["predict", str(command), str(card), "-o", str(tmp_path / "angle.csv")]) == 2
+    assert "expected a model card" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("rate", ["0", "-5", "0.4", "1e9"])
 def test_a_rate_without_angles_or_with_too_many_is_refused(
     card: Path, tmp_path: Path, rate: str, capsys: pytest.CaptureFixture[str]

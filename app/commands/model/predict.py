@@ -19,6 +19,8 @@ from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind, is_fmu
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from servosight.models.core import Array, Recording
 
 
@@ -58,14 +60,15 @@ def run(args: argparse.Namespace) -> None:
 
     check_outputs(args, Kind.TABLE)
     out = console(args)
+    predicted = _predictor(args)
     if is_command(args.command_file):
         recording = read_command(args.command_file, args.rate)
-        angle = _predicted(args, recording, from_rest=True)
+        angle = predicted(recording, True)
         words = "from rest"
     else:
         recording = load([args.command_file], args)[0]
         check_no_rate(args.command_file, args.rate)
-        angle = _predicted(args, recording, from_rest=False)
+        angle = predicted(recording, False)
         error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
     time_s = recording.time_s
@@ -76,20 +79,26 @@ def run(args: argparse.Namespace) -> None:
     )
 
 
-def _predicted(args: argparse.Namespace, recording: Recording, *, from_rest: bool) -> Array:
-    """By the card or the FMU; from the recording's first samples, unless from rest."""
+def _predictor(args: argparse.Namespace) -> Callable[[Recording, bool], Array]:
+    """What the card or the FMU predicts of a recording: from its first samples, or from rest."""
     from servosight.app.inputs import fmu_interface
     from servosight.identify.foreign import predict_fmu
     from servosight.models.core import Actuator
     from servosight.models.effects import catalogue
-    from servosight.models.plant import predict_from_rest
+    from servosight.models.plant import predict_from_rest, to_the_end
 
     if is_fmu(args.model):
         interface = fmu_interface(args, args.model)
-        return predict_fmu(interface, recording, from_rest=from_rest, trust=args.trust)
+        return lambda recording, from_rest: predict_fmu(
+            interface, recording, from_rest=from_rest, trust=args.trust
+        )
     refuse_without("an FMU as the model", fmu_names(args))
     effects = catalogue(args.plugin)
     actuator = Actuator.load(args.model, effects)
-    if from_rest:
-        return predict_from_rest(actuator, recording, effects)
-    return actuator.predict(recording, catalogue=effects)
+
+    def predicted(recording: Recording, from_rest: bool) -> Array:
+        if from_rest:
+            return to_the_end(predict_from_rest(actuator, recording, effects), recording)
+        return actuator.predict(recording, catalogue=effects)
+
+    return predicted

@@ -107,8 +107,8 @@ def run(args: argparse.Namespace) -> None:
     asked = [args.shape is not None, args.check is not None, args.analyse is not None]
     if sum(asked) != 1:
         raise InputError(
-            f"excite: expected one of a shape ({', '.join(SHAPES)}), --check FILE and --analyse "
-            f"REC; name one"
+            f"excite: {sum(asked) or 'none'} of a shape, --check and --analyse given, expected one "
+            f"of them; name a shape ({', '.join(SHAPES)}), --check FILE or --analyse REC alone"
         )
     check_outputs(args, Kind.TABLE)
     if args.check is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from servosight.app.arguments import add_force, add_pulse, any_path, number, seed
+from servosight.app.arguments import add_force, add_pulse, any_path, number, whole
 from servosight.app.terminal import console, next_command
 
 
@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="degrees that one unit of the output is shown as, where the output is not an angle",
     )
     parser.add_argument(
-        "--part", metavar="N", type=seed, default=0, help="which episode of a data set, from 0"
+        "--part", metavar="N", type=whole, default=0, help="which episode of a data set, from 0"
     )
     parser.add_argument(
         "--command",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from servosight.models.io.tables._header_units import split_unit
 from servosight.models.io.tables._likely import likely_columns, with_unit
 from servosight.models.io.tables._listed import listed
 from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS, Series
+
+_NEAR = 0.85  # of the letters: a name that is misspelt
 
 
 def named(sheet: Sheet, quantity: str, units: Sequence[str]) -> list[tuple[str, str]]:
@@ -49,7 +52,9 @@ def _maps(sheet: Sheet, quantity: str, units: Sequence[str]) -> dict[str, str]:
     """What to map for a quantity that is missing: of all quantities where their names tell."""
     likely = likely_columns(sheet.header)
     if len(likely) < 3:
-        return {quantity: f"COLUMN:{units[0]}"}
+        usual = [f"{quantity}_{unit}" for unit in units]
+        near = [name for name in sheet.header if get_close_matches(name.lower(), usual, 1, _NEAR)]
+        return {quantity: with_unit(quantity, near[0]) if near else f"COLUMN:{units[0]}"}
     return {name: with_unit(name, column) for name, column in likely.items()}
 
 

@@ -30,6 +30,7 @@ from servosight.models.plant.kernel._terms import (
     has_command_terms,
     has_input,
     latency,
+    longest_step,
     memory_commit,
     memory_start,
     output_chain,
@@ -40,9 +41,11 @@ from servosight.models.plant.kernel._terms import (
 
 FEWEST_STEPS = 20_000
 STEPS_SHARE = 2.0
+SHORTEST_PACE = 0.02
 """A simulation may take FEWEST_STEPS steps, and STEPS_SHARE times those of steps that never grow
-and of the command's rows. What needs more chatters or is too stiff for any servo; a search that
-comes across it should not wait for it."""
+and of the command's rows; where a term asks for shorter steps, of these, down to SHORTEST_PACE of
+T. What needs more chatters or is too stiff for any servo; a search that comes across it should not
+wait for it."""
 FEWEST_PIECES = 100_000
 PIECES_SHARE = 20.0
 """The same for pieces that terms make of the command: a profile's are many, short and no chatter,
@@ -131,7 +134,11 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     last = command_start(p, on, recorded_piece(times, values, linear, row, t - shift)[1])
     n = 0
     push_row, restart = -1, 0
-    length = (stop - t) / step + len(times)
+    pace = step
+    if acts[6]:
+        own_pace = longest_step(p, on, motion[0][0], 0.0, 0.0, motion[1])
+        pace = min(step, max(own_pace, SHORTEST_PACE * p[1]))
+    length = (stop - t) / pace + len(times)
     if pushed:
         push_row = np.searchsorted(pushes[0], t, side="right") - 1
         length += len(pushes[0])

@@ -122,7 +122,7 @@ def predict(
     2401
     """
     from servosight.identify.foreign import Interface, predict_fmu
-    from servosight.models.plant import predict, predict_from_rest
+    from servosight.models.plant import predict, predict_from_rest, to_the_end
     from servosight.sources import check_no_rate, is_command, read, read_command
 
     from_rest = isinstance(on, Path | str) and is_command(Path(on))
@@ -135,7 +135,7 @@ def predict(
         return predict_fmu(Interface(Path(model)), recording, from_rest=from_rest, trust=trust)
     known = catalogue_of(plugins)
     run = predict_from_rest if from_rest else predict
-    return run(actuator_of(model, known), recording, known)
+    return to_the_end(run(actuator_of(model, known), recording, known), recording)
 
 
 # Long by its keywords, each of which is documented and passed on by name.

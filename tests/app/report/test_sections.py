@@ -220,6 +220,17 @@ def test_a_report_says_where_recordings_are_missing(
     assert "does not say where its recordings are" in capsys.readouterr().err
 
 
+def test_recordings_that_were_moved_are_to_be_named(
+    found: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    moved = [replace(one, path=tmp_path / "before" / "run") for one in found.recordings]
+    replace(found, recordings=found.recordings.__class__(moved)).save(tmp_path / "diagnosis.json")
+    page = tmp_path / "one.html"
+    assert main(["report", str(tmp_path / "diagnosis.json"), "-o", str(page)]) == 2
+    assert f"diagnosis.json REC -o {page}`" in capsys.readouterr().err
+    assert not page.exists()
+
+
 def test_a_known_disturbance_is_drawn_below_the_error(
     found: Diagnosis, recording: Recording, page: str, tmp_path: Path
 ) -> None:

@@ -49,6 +49,27 @@ def test_an_exchange_of_command_and_angle_is_said() -> None:
     assert any("command and angle are exchanged" in one for one in fit.warnings)
 
 
+def test_an_angle_that_jumps_between_samples_is_said_to_be_a_command() -> None:
+    """Steps of a servo with friction and a slew limit, whose columns are exchanged; and of the log
+    of an encoder with steps of 0.5 deg, whose columns are right, nothing is said."""
+    effects = {"coulomb_friction": {"level": 0.8}, "rate_limit": {"rate": 150.0}}
+    motion = CommandSettings(kind="steps", amplitude_deg=15.0)
+    sound = simulated(
+        Scenario(seed=3, duration_s=8.0, noise_deg=0.03, motion=motion, effects=effects)
+    )
+    exchanged = replace(
+        sound,
+        command_time_s=sound.time_s,
+        command_deg=sound.angle_deg,
+        angle_deg=sound.command_at(sound.time_s),
+        sigma_deg=None,
+    )
+    coarse = replace(sound, angle_deg=0.5 * np.round(2.0 * sound.angle_deg))
+    for recording, said in ((exchanged, True), (sound, False), (coarse, False)):
+        fit = ss.identify(recording, method="gradient")
+        assert said == any("stands still before and after" in one for one in fit.warnings)
+
+
 def test_a_diagnosis_says_it_as_well() -> None:
     without = [one for one in catalogue() if one != "dead_time"]
     why = ss.diagnose(run({}).shifted(-0.03), auto=False, without_effects=without)

@@ -97,6 +97,8 @@ def test_a_held_parameter_is_not_judged_and_does_not_count(run: Recording) -> No
         ({"k": 0.0}, "at which the command moves nothing, expected any other number"),
         ({"T": -1.0}, "the value is -1, expected 0.001 to 2 s"),
         ({"xi": math.nan}, "the value is nan"),
+        ({"xi": "high"}, "fix xi: the value is 'high', expected a number"),
+        ({"k": True}, "fix k: the value is True, expected a number"),
     ],
 )
 def test_what_cannot_be_held_is_refused(run: Recording, fix: Any, words: str) -> None:

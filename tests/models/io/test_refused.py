@@ -20,6 +20,10 @@ SINGLE: dict[str, tuple[list[str], tuple[str, ...]]] = {
         ),
     ),
     "two of a name": (table("t,goal_a,goal_b"), ("row 1", "--map time=COLUMN:s`")),
+    "misspelt": (
+        table("time_s,comand_deg,angle_deg"),
+        ("row 1", "--map command=comand_deg`"),
+    ),
     "no header": (["0,0,0", *table()[1:]], ("without a header", "time_s", "1, 2, 3", "--map")),
     "text": (with_row(7, "0.05,left,3"), ("row 7", "command_deg", "'left'", "number", "correct")),
     "empty cell": (with_row(7, "0.05,,3"), ("row 7", "command_deg", "empty", "number")),

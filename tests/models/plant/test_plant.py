@@ -49,6 +49,20 @@ def test_irregular_rows_are_held(plant: Plant) -> None:
     np.testing.assert_allclose(answer, truth, atol=1e-6)
 
 
+def test_a_minute_of_a_steep_torque_line_is_simulated_to_its_end(plant: Plant) -> None:
+    """It asks for steps of a twenty-fifth of T. Truth: steps a tenth as long; bound 1e-3 deg."""
+    times = np.arange(0.0, 60.0, 0.7)
+    command = 20.0 * np.sign(np.sin(times))
+    samples = np.arange(0.0, 60.0, 0.01)
+    row = row_of(plant, speed_limit__stall=30.6, speed_limit__no_load_speed=189.3)
+    row[1:3] = 0.0254, 0.7
+    stimulus = Stimulus(times, command, False, samples, np.ones(1))
+    answer = plant.simulate(row, stimulus)
+    truth = plant.simulate(row, replace(stimulus, samples_s=samples[:300]), step_s=1e-4)
+    assert np.isfinite(answer).all()
+    np.testing.assert_allclose(answer[:300], truth, atol=1e-3)
+
+
 def test_linear_hold_joins_rows_by_lines(plant: Plant) -> None:
     """A ramp of 100 deg/s is followed with the lag 2 xi T once the transient is gone."""
     times, command = np.array([0.0, 1.0]), np.array([0.0, 100.0])
