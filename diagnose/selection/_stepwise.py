@@ -189,20 +189,24 @@ class StepwiseSelector:
         return with_further(steps, visited, self.effort, self._settling.steps)
 
     def _extended(self, steps: list[Step], ranked: Sequence[Trial] | None = None) -> list[Step]:
-        """More steps while something is accepted; ``ranked``: known single candidates."""
-        most = self.criterion.policy.max_steps
+        """More steps while something is accepted; ``ranked``: known single candidates.
+
+        Pairs may take all that the steps may cost. One effect behind a pair is tried all the same:
+        what three effects explain together is seen in the third.
+        """
+        most, paired = self.criterion.policy.max_steps, False
         while (
             len(steps) < most
             and not self.criterion.done(steps[-1].trial.score)
-            and not (self._spent and len(steps) > 1)
+            and not (self._spent and len(steps) > 1 and not paired)
         ):
             base = steps[-1].trial
             if ranked is None:
                 ranked = self._candidates.ranked(base, f"effect {len(base.effects) + 1}")
             added = self._single(base, ranked) or self._past_bound(base, ranked)
             reached = added[-1].trial if added else base
-            if self._wants_pairs(reached, steps):
-                added = self._pair(base, ranked) or added
+            pair = self._pair(base, ranked) if self._wants_pairs(reached, steps) else None
+            added, paired = pair or added, bool(pair)
             if not added or added[-1].trial.effects in [step.trial.effects for step in steps]:
                 break  # nothing is accepted, or only what was removed before
             steps += added

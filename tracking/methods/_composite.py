@@ -27,10 +27,11 @@ _RIVALS = 2  # parts that are tried where the frames refuse the first one
 def composite(film: Film, options: TrackOptions, progress: FrameProgress | None = None) -> Track:
     """The angle of the part that explains most of what changes while the camera rests.
 
-    With hints, of the part that these point at. Where nothing is pointed at, and the frames do not
-    confirm a part in grey, it is looked for in colour. Where nothing better is found, the surest of
-    the uncertain angles of one part is returned, with a note. ``TrackRefused``, as in grey unless a
-    part was measured in colour alone, where there is none, or the frames do not confirm it.
+    With hints, of the part that these point at. Where the frames do not confirm a part in grey, its
+    shadow is taken out of them, and where nothing is pointed at it is looked for in colour. Where
+    nothing better is found, the surest of the uncertain angles of one part is returned, with a
+    note. ``TrackRefused``, as in grey unless a part was measured otherwise alone, where there is
+    none, or the frames do not confirm it.
 
     A pivot alone that leads to no angle, or to an uncertain one, is to be no worse than none: what
     is found without it is taken if it turns about that place and is surer.
@@ -88,23 +89,29 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
     except TrackRefused as in_grey:
         refused = in_grey
     lit = footage.without_shadow() if options.pick == 1 else None
-    if lit is not None:
-        try:
-            track = _in_one_channel(lit.knowing(refused.rough), progress)
-        except TrackRefused as without_shadow:
-            refused = more_telling(refused, without_shadow)
-        else:
-            if refused.rough is None or alike(refused.rough, track):
-                return track
+    track, refused = _seen_otherwise(lit, refused, progress)
+    if track is not None and (refused.rough is None or alike(refused.rough, track)):
+        return track
     coloured = None if options.pointed else footage.in_colour()
-    if coloured is not None:
-        try:
-            return _in_one_channel(coloured.knowing(refused.rough), progress)
-        except TrackRefused as in_colour:
-            refused = more_telling(refused, in_colour)
+    track, refused = _seen_otherwise(coloured, refused, progress)
+    if track is not None:
+        return track
     if refused.rough is None:
         raise refused
     return refused.rough
+
+
+def _seen_otherwise(
+    footage: Footage | None, refused: TrackRefused, progress: FrameProgress | None
+) -> tuple[Track | None, TrackRefused]:
+    """The track in pictures that show the same frames otherwise, if they confirm one, and the more
+    telling one of their refusal and that of the frames as they are."""
+    if footage is None:
+        return None, refused
+    try:
+        return _in_one_channel(footage.knowing(refused.rough), progress), refused
+    except TrackRefused as again:
+        return None, more_telling(refused, again)
 
 
 def _in_one_channel(footage: Footage, progress: FrameProgress | None) -> Track:

@@ -397,3 +397,17 @@ def test_the_best_candidate_above_the_floor_is_fitted_from_many_starts() -> None
     _, _, models = selected({"": 0.28, "a": 0.1, "b": 0.2}, steps_alone)
     assert not [one for one in models.done if one.startswith("search")]
     assert selected({"": 0.29})[0] == [""], "no candidate at all"
+
+
+@pytest.mark.parametrize(("third_deg", "searched"), [(0.1, False), (0.5, True)])
+def test_one_effect_is_tried_behind_a_pair_that_took_all_that_steps_may_cost(
+    third_deg: float, searched: bool
+) -> None:
+    """Each fit costs 1; the pairs take more than the 2 that the steps may. Far from the floor a
+    wider search is made where that one explains no more."""
+    errors = {"": 0.9, "a": 0.89, "b": 0.89, "c": 0.89, "ab": 0.5, "abc": third_deg}
+    effort = replace(EFFORT, cost=100.0, steps_share=0.02)
+    steps, _, models = selected(errors, effort, replace(POLICY, hopeless=100.0))
+    assert steps[2] == "ab"
+    assert any(one.startswith("together") for one in models.done) is searched
+    assert (steps[-1] == "abc") is not searched
