@@ -175,11 +175,6 @@ def _unknown_columns(
         if table.split(name) == (name, None) and name.lower() == quantity
     }
     likely = {**likely_columns(table.names, table.split), **silent}
-    if missing[0] not in likely:
-        return InputError(
-            f"{table.place}: no column is known to be the {missing[0]}; expected "
-            f"{column_map(missing[0], _ANY)} with one of {listed(table.names)}"
-        )
     given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
     maps = {name: one.removesuffix(":") for name, one in given.items()}
     maps |= {
@@ -192,9 +187,10 @@ def _unknown_columns(
     if _ANY in maps.values():
         write += f", and the name of a column for {_ANY}"
     if missing[0] not in silent:
+        by_name = "if they are what their names say, " if likely.keys() & set(missing) else ""
         return InputError(
             f"{table.place}: no column among {listed(table.names)} is known to be the "
-            f"{' or the '.join(missing)}, expected a map; if they are what their names say, {write}"
+            f"{' or the '.join(missing)}, expected a map; {by_name}{write}"
         )
     columns, have = ("columns", "have") if len(silent) > 1 else ("column", "has")
     return InputError(

@@ -13,14 +13,16 @@ from servosight.models.io.tables._series import DEGREES, PULSE, SECONDS
 
 _UNITS = {"time": "s", "command": "deg", "angle": "deg"}
 _WORD = re.compile(r"[a-z]+")
-_OF_TIME = frozenset(("t", "time", "timestamp", "timestamps", "stamp", "clock", "elapsed"))
+_OF_TIME = frozenset(
+    ("t", "time", "timestamp", "timestamps", "stamp", "clock", "elapsed", "epoch", "millis", "zeit")
+)
 _OF_COMMAND = frozenset(
     ("command", "commanded", "cmd", "goal", "target", "setpoint", "reference", "ref", "desired",
-     "demand", "demanded", "pulse")
+     "demand", "demanded", "pulse", "set", "des", "soll", "sollwert")
 )  # fmt: skip
 _OF_ANGLE = frozenset(
     ("angle", "position", "pos", "present", "measured", "measurement", "actual", "feedback",
-     "encoder", "theta")
+     "encoder", "theta", "meas", "ist", "istwert")
 )  # fmt: skip
 _OF_NEITHER = frozenset(
     ("speed", "velocity", "vel", "rate", "acceleration", "acc", "current", "torque", "effort",
@@ -54,9 +56,12 @@ def with_unit(
 
     >>> with_unit("time", "t [ms]"), with_unit("time", "t"), with_unit("angle", "pos", unit="rad")
     ('t [ms]', 't:s', 'pos')
+    >>> with_unit("time", "millis")
+    'millis:ms'
     """
-    known = split(column)[1] or (quantity != "time" and unit)
-    return column if known else f"{column}:{_UNITS[quantity]}"
+    if split(column)[1] or (quantity != "time" and unit):
+        return column
+    return f"{column}:{'ms' if column.lower() == 'millis' else _UNITS[quantity]}"
 
 
 def _quantity(bare: str, unit: str | None) -> str | None:
