@@ -91,7 +91,9 @@ def _as_given(film: Film, options: TrackOptions, progress: FrameProgress | None)
     lit = footage.without_shadow() if options.pick == 1 else None
     track, refused = _seen_otherwise(lit, refused, progress)
     if track is not None and (refused.rough is None or alike(refused.rough, track)):
-        return track
+        refused.rough = track if refused.rough is None else surest(track, refused.rough)
+        if not _uncertain(refused.rough):
+            return refused.rough
     coloured = None if options.pointed else footage.in_colour()
     track, refused = _seen_otherwise(coloured, refused, progress)
     if track is not None:
