@@ -137,6 +137,11 @@ class Result(Frozen):
             )
         return known
 
+    @property
+    def moved(self) -> tuple[Path, ...]:
+        """Where its recordings were, and are no more."""
+        return tuple(one for one in self._paths() if one is not None and not one.exists())
+
     def _paths(self) -> Sequence[Path | None]:
         """Where its recordings were, None for what was in memory alone."""
         return ()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from servosight.app.arguments import add_force, add_plugins, add_pulse, any_path
 from servosight.app.terminal import check_target, console, made, progress
@@ -51,13 +50,11 @@ def run(args: argparse.Namespace) -> None:
             f"{args.result}: holds no diagnosis and no comparison, expected the JSON of one; write "
             f"it with `servosight diagnose REC --json diagnosis.json`"
         )
-    if not args.recordings:
-        for path in result.sources():
-            if isinstance(path, Path) and not path.exists():
-                raise InputError(
-                    f"{args.result}: its recording {path} is not there, expected it where it was; "
-                    f"name the recordings: `servosight report {args.result} REC -o {args.output}`"
-                )
+    if not args.recordings and result.moved:
+        raise InputError(
+            f"{args.result}: its recording {result.moved[0]} is not there, expected it where it "
+            f"was; name the recordings: `servosight report {args.result} REC -o {args.output}`"
+        )
     with progress("simulating"):
         write_report(
             args.output,
