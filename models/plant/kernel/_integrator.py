@@ -41,7 +41,7 @@ from servosight.models.plant.kernel._terms import (
 
 FEWEST_STEPS = 20_000
 STEPS_SHARE = 2.0
-SHORTEST_PACE = 0.02
+SHORTEST_PACE = 0.05
 """A simulation may take FEWEST_STEPS steps, and STEPS_SHARE times those of steps that never grow
 and of the command's rows; where a term asks for shorter steps, of these, down to SHORTEST_PACE of
 T. What needs more chatters or is too stiff for any servo; a search that comes across it should not
