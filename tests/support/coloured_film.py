@@ -1,4 +1,4 @@
-"""Pictures with colour, written as cameras write them."""
+"""Pictures with colour, drawn finely, written as cameras write them, and compared with a track."""
 
 from __future__ import annotations
 
@@ -7,11 +7,27 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 
-from servosight.models.core import Single
+from servosight.models.core import Array, Single
+from servosight.tracking.core import Track
 
 RATE_HZ = 30.0
+
+
+def covered(corners: Array, size: tuple[int, int], finer: int) -> Single:
+    """How much of each pixel (height, width) a polygon covers, drawn ``finer`` times as large."""
+    width, height = size
+    fine = np.zeros((finer * height, finer * width), np.float32)
+    cv2.fillPoly(fine, [np.round(finer * corners - 0.5).astype(np.int32)], 1.0)
+    return np.asarray(cv2.resize(fine, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def error_deg(found: Track, angle_deg: Array) -> Array:
+    """A track's angles less the true ones (frames,), from their median."""
+    error = found.angle_deg - angle_deg
+    return np.asarray(error - np.median(error))
 
 
 def coloured_film(

@@ -144,23 +144,22 @@ class StabilisedSample:
             rows_share=rows_share,
         )  # fmt: skip
 
-    def in_colour(self, cb: FrameSample, cr: FrameSample) -> StabilisedSample | None:
+    def in_colour(self, cb: Single, cr: Single) -> StabilisedSample | None:
         """The same pictures in the colour in which they change most; None where there is none.
 
-        The samples hold the same frames in their differences of colour.
+        Their differences of colour (n, height, width) are ``still``.
         """
-        blue, red = self._still(cb), self._still(cr)
-        channel = colour_of(blue, red, self.content)
+        channel = colour_of(cb, cr, self.content)
         if channel is None:
             return None
-        return replace(self, pictures=channel.mixed(blue, red), channel=channel)
+        return replace(self, pictures=channel.mixed(cb, cr), channel=channel)
 
-    def without_shadow(self, cb: FrameSample, cr: FrameSample) -> StabilisedSample | None:
+    def without_shadow(self, cb: Single, cr: Single) -> StabilisedSample | None:
         """The same pictures without the shadow that moves on the background; None where none does.
 
-        The samples hold the same frames in their differences of colour.
+        Their differences of colour (n, height, width) are ``still``.
         """
-        colours = np.stack([self.pictures, self._still(cb), self._still(cr)], axis=1)
+        colours = np.stack([self.pictures, cb, cr], axis=1)
         shadow = Shadow.of(colours, self.content)
         if shadow is None:
             return None
@@ -176,7 +175,7 @@ class StabilisedSample:
             return self.channel.mixed(blue, red)
         return self.shadow.without(np.stack([np.float32(light) * still, blue, red]))
 
-    def _still(self, sample: FrameSample) -> Single:
+    def still(self, sample: FrameSample) -> Single:
         """The same frames in a difference of colour, aligned and as bright; (n, height, width)."""
         rows = np.searchsorted(self.every, self.index).tolist()
         stack = np.stack([aligned(sample.pictures[row], self.onto[row])[0] for row in rows])

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import cv2
 import numpy as np
 
-from servosight.models.core import Array, FrameProgress, Image
+from servosight.models.core import Array, FrameProgress, Image, Single
 from servosight.tracking.acquisition import POINT
 from servosight.tracking.composite import (
     TRUST,
@@ -116,24 +116,25 @@ class Footage:
     def in_colour(self) -> Footage | None:
         """The same frames in the colour in which they change most, aligned as in grey; None where
         no colour changes."""
-        stabilised = self.stabilised.in_colour(*self._colours)
-        return None if stabilised is None else replace(self, stabilised=stabilised)
+        return self._showing(self.stabilised.in_colour(*self._colours))
 
     def without_shadow(self) -> Footage | None:
         """The same frames without the shadow that moves on the background; None where none does."""
-        stabilised = self.stabilised.without_shadow(*self._colours)
+        return self._showing(self.stabilised.without_shadow(*self._colours))
+
+    def _showing(self, stabilised: StabilisedSample | None) -> Footage | None:
         return None if stabilised is None else replace(self, stabilised=stabilised)
 
     @cached_property
-    def _colours(self) -> tuple[FrameSample, FrameSample]:
-        """The sampled frames in their differences of colour, Cb and Cr."""
+    def _colours(self) -> tuple[Single, Single]:
+        """The pictures' differences of colour Cb and Cr, (n, height, width) each."""
         same = frozenset(self.sample.index)
         cb, cr = (FrameSample(_as_it_is, only=same) for _ in range(2))
         for frame in windowed(self.film.decoded(coloured=True), self.window):
             assert frame.colour is not None
             for sample, image in zip((cb, cr), frame.colour, strict=True):
                 sample.add(replace(frame, image=image))
-        return cb, cr
+        return self.stabilised.still(cb), self.stabilised.still(cr)
 
     @property
     def least_explained(self) -> float:

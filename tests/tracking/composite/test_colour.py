@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from support.coloured_film import coloured_film
+from support.coloured_film import coloured_film, covered, error_deg
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite import TRUST
@@ -45,9 +45,7 @@ def planes_of(angle_deg: Array, colour: tuple[float, float] = COLOUR) -> list[Si
     drawn = []
     for number, angle in enumerate(angle_deg):
         corners = turned(BAR + PIVOT, (PIVOT[0], PIVOT[1]), np.deg2rad(angle)) + 20.5
-        fine = np.zeros((FINER * high, FINER * wide), np.float32)
-        cv2.fillPoly(fine, [np.round(FINER * corners - 0.5).astype(np.int32)], 1.0)
-        cover = cv2.resize(fine, (wide, high), interpolation=cv2.INTER_AREA)
+        cover = covered(corners, (wide, high), FINER)
         seen = bench.copy()
         for plane, level in zip(seen[1:], colour, strict=True):
             plane += (128.0 + level - plane) * cover
@@ -69,8 +67,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Track:
 def test_a_part_with_the_grey_of_its_background_is_measured_by_its_colour(found: Track) -> None:
     """Truth: the drawn angles. Bounds: 3 sigma and 0.5 deg, in 95 % of the frames."""
     assert found.found.all()
-    error = found.angle_deg - ANGLE_DEG
-    error -= np.median(error)
+    error = error_deg(found, ANGLE_DEG)
     assert np.mean(np.abs(error) < np.minimum(3.0 * found.sigma_deg, 0.5)) > 0.95
     assert np.hypot(*(np.array(found.pivot_px) - PIVOT)) < 2.0
 
@@ -96,8 +93,7 @@ def test_sigma_holds_the_errors_of_a_coarse_codec(tmp_path: Path) -> None:
     video = coloured_film(tmp_path / "coarse.mp4", planes_of(ANGLE_DEG), crf=20)
     found = composite(open_film(video, TrackOptions()), TrackOptions())
     assert any("all angles are uncertain by" in note for note in found.notes)
-    error = found.angle_deg - ANGLE_DEG
-    error -= np.median(error)
+    error = error_deg(found, ANGLE_DEG)
     assert np.sqrt(np.mean(error**2)) > 0.2
     assert np.mean(np.abs(error) < 3.0 * found.sigma_deg) > 0.95
     assert np.median(found.sigma_deg) > TRUST.largest_sigma_deg

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from support.coloured_film import coloured_film
+from support.coloured_film import coloured_film, covered, error_deg
 
 from servosight.models.core import Array, Single
 from servosight.tracking.composite.parts import Shadow
@@ -40,9 +40,7 @@ def bench() -> Single:
 def cover(angle_deg: float, beside: Array) -> Single:
     """How much of each pixel a bar at an angle covers (height, width, 1)."""
     corners = turned(BAR + PIVOT, (PIVOT[0], PIVOT[1]), np.deg2rad(angle_deg)) + beside + 0.5
-    fine = np.zeros((FINER * SIZE[1], FINER * SIZE[0]), np.float32)
-    cv2.fillPoly(fine, [np.round(FINER * corners - 0.5).astype(np.int32)], 1.0)
-    return np.asarray(cv2.resize(fine, SIZE, interpolation=cv2.INTER_AREA)[..., None], np.float32)
+    return covered(corners, SIZE, FINER)[..., None]
 
 
 def planes_of(angles_deg: Array, shadow: bool) -> list[Single]:
@@ -103,8 +101,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Track:
 def test_a_part_beside_its_shadow_is_measured_about_its_own_pivot(found: Track) -> None:
     """Truth: the drawn angles and pivot. Bounds: 3 sigma and 0.5 deg, in 95 % of the frames."""
     assert found.found.all()
-    error = found.angle_deg - ANGLE_DEG
-    error -= np.median(error)
+    error = error_deg(found, ANGLE_DEG)
     assert np.mean(np.abs(error) < np.minimum(3.0 * found.sigma_deg, 0.5)) > 0.95
     assert np.hypot(*(np.array(found.pivot_px) - PIVOT)) < 3.0
 
