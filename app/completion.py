@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Iterable
 from typing import Any
 
 ASKED = "_ARGCOMPLETE"
@@ -21,6 +22,11 @@ def complete(parser: argparse.ArgumentParser) -> None:
 def with_effects(action: argparse.Action) -> None:
     """Let the names of the catalogue's effects complete an argument."""
     action.completer = _effects  # type: ignore[attr-defined]
+
+
+def with_names(action: argparse.Action, names: Iterable[str]) -> None:
+    """Let ``names`` complete an argument."""
+    action.completer = lambda **context: list(names)  # type: ignore[attr-defined]
 
 
 def _effects(prefix: str, **context: Any) -> list[str]:

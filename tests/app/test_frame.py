@@ -340,12 +340,14 @@ def completed(line: str, place: Path) -> list[str]:
     return told.read_text(encoding="utf-8").split("\n")
 
 
-def test_a_shell_completes_commands_options_and_effects(tmp_path: Path) -> None:
+def test_a_shell_completes_commands_options_and_names(tmp_path: Path) -> None:
     assert completed("servosight dia", tmp_path) == ["diagnose"]
     assert completed("servosight track --meth", tmp_path) == ["--method"]
     assert completed("servosight effects backl", tmp_path) == ["backlash"]
     words = "servosight identify run7 --effects dead_time,backl"
     assert completed(words, tmp_path) == ["dead_time,backlash"]
+    assert completed("servosight bench reh", tmp_path) == ["rehearse"]
+    assert completed("servosight export model.toml --to fm", tmp_path) == ["fmu", "fmu2"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

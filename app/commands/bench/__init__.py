@@ -10,6 +10,7 @@ import argparse
 from importlib import import_module
 
 from servosight.app.arguments import add_force, add_seed, any_path, number
+from servosight.app.completion import with_names
 from servosight.models.base import InputError, did_you_mean
 
 ACTIONS = {
@@ -33,7 +34,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``servosight bench``."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "actions:\n" + "\n".join(f"  {name:9} {ACTIONS[name]}" for name in ACTIONS)
-    parser.add_argument("action", metavar="ACTION", type=_action, help=", ".join(ACTIONS))
+    with_names(
+        parser.add_argument("action", metavar="ACTION", type=_action, help=", ".join(ACTIONS)),
+        ACTIONS,
+    )
     parser.add_argument(
         "excitation",
         metavar="EXCITATION",

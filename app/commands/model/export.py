@@ -13,6 +13,7 @@ from servosight.app.arguments import (
     any_path,
     number,
 )
+from servosight.app.completion import with_names
 from servosight.app.terminal import check_outputs, console, write_json
 from servosight.export.kinds import KINDS, kind_named
 
@@ -28,7 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         f"  {name:{width}}  {kind.summary}" for name, kind in KINDS.items()
     )
     parser.add_argument("model", metavar="MODEL.toml", type=any_path, help="the model's card")
-    parser.add_argument("--to", metavar="KIND", required=True, help="what to write: see below")
+    with_names(
+        parser.add_argument("--to", metavar="KIND", required=True, help="what to write: see below"),
+        KINDS,
+    )
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=any_path, required=True, help="file to write"
     )

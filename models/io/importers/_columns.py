@@ -35,7 +35,7 @@ from servosight.models.io.tables import (
     with_unit,
 )
 
-_ANY = "COLUMN"
+_ANY, _ANY_UNIT = "COLUMN", "COLUMN:UNIT"
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def chosen_columns(
     found = {quantity: _column(table, quantity, request) for quantity in asked}
     missing = [name for name, one in found.items() if one is None and name != "sigma"]
     if missing:
-        raise _unknown_columns(path, table, missing, request)
+        raise unknown_columns(path, table, missing, request)
     for name, column in signal_columns(table.names, table.split).items():
         quantity, _, unit = name.partition("_")
         if quantity in quantities and quantity not in found:
@@ -163,7 +163,7 @@ def source_of(path: Path, form: str, raw: Mapping[str, Raw]) -> dict[str, Any]:
     return {"name": plain_name(path.name), "format": form, **columns}
 
 
-def _unknown_columns(
+def unknown_columns(
     path: Path, table: Columns, missing: Sequence[str], request: Request
 ) -> InputError:
     """What to map for the ``missing`` quantities: columns with their names, of which the unit alone
@@ -177,15 +177,20 @@ def _unknown_columns(
     likely = {**likely_columns(table.names, table.split), **silent}
     given = {name: f"{one.name}:{one.unit or ''}" for name, one in request.columns.items()}
     maps = {name: one.removesuffix(":") for name, one in given.items()}
+    with_units = request.unit or any(table.split(name)[1] for name in table.names)
+    any_name = _ANY if with_units else _ANY_UNIT
     maps |= {
-        name: with_unit(name, likely[name], table.split, request.unit) if name in likely else _ANY
+        name: with_unit(name, likely[name], table.split, request.unit)
+        if name in likely
+        else any_name
         for name in missing
     }
     write = f"write {column_maps(maps, None if request.command else path, request.unit)}"
-    if any(maps[name] != likely.get(name, _ANY) for name in missing):
+    if any(maps[name] != likely.get(name, any_name) for name in missing):
         write += ", with other units where they count those"
-    if _ANY in maps.values():
-        write += f", and the name of a column for {_ANY}"
+    if any_name in maps.values():
+        unit = " and its unit" if any_name == _ANY_UNIT else ""
+        write += f", and the name of a column{unit} for {any_name}"
     if missing[0] not in silent:
         by_name = "if they are what their names say, " if likely.keys() & set(missing) else ""
         return InputError(

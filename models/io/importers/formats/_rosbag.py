@@ -62,7 +62,7 @@ def extract(path: Path, wanted: Sequence[str]) -> Extract:
         place, cut = _readable(path, Path(folder))
         with AnyReader([place], default_typestore=store) as bag:
             names, found = _messages(bag, wanted)
-            units = _units(bag, found)
+            units = _units(bag, names)
     if cut and not names:
         raise InputError("ends before its first message, expected a whole bag; copy it again")
     by_header = all(row[0] > 0 for name in wanted for row in found.get(name, ()))

@@ -13,7 +13,12 @@ from servosight.models.io._power import power_column
 from servosight.models.io._signals import overlooked
 from servosight.models.io.importers._apart import Extract, Parser, extract
 from servosight.models.io.importers._assemble import assemble
-from servosight.models.io.importers._columns import powered, source_of
+from servosight.models.io.importers._columns import (
+    Columns,
+    powered,
+    source_of,
+    unknown_columns,
+)
 from servosight.models.io.importers._raw import Raw
 from servosight.models.io.importers._request import COMMAND_TIME, Request
 from servosight.models.io.importers._units import units_of
@@ -32,12 +37,9 @@ def read_streams(path: Path, parser: Parser, form: str, request: Request) -> Rec
     wanted = [column.name for column in request.columns.values()]
     found = extract(path, parser, wanted)
     raw: dict[str, Raw] = {}
-    for quantity in ("command", "angle"):
-        if quantity not in request.columns:
-            raise InputError(
-                f"{path}: no column is known to be the {quantity}; expected "
-                f"{column_map(quantity, 'COLUMN:UNIT')} with one of {listed(found.names)}"
-            )
+    missing = [name for name in ("command", "angle") if name not in request.columns]
+    if missing:
+        raise unknown_columns(path, _table(path, found), missing, request)
     units, assumed = units_of(path, request.columns, request, split_path, found.units)
     for quantity, column in request.columns.items():
         if column.name not in found.columns:
@@ -60,6 +62,16 @@ def read_streams(path: Path, parser: Parser, form: str, request: Request) -> Rec
     told = (f"{path}: {note}" for note in found.notes)
     every = (*told, *assumed, *overlooked(path, found.names, used, split_path), *cut)
     return assemble(path, raw, request, details, every)
+
+
+def _table(path: Path, found: Extract) -> Columns:
+    """What messages hold, with the units that they are defined in."""
+
+    def split(name: str) -> tuple[str, str | None]:
+        bare, unit = split_path(name)
+        return bare, unit or found.units.get(name)
+
+    return Columns(str(path), found.names, found.columns.__getitem__, range, "message", split=split)
 
 
 def _powered(path: Path, raw: dict[str, Raw], found: Extract) -> tuple[dict[str, Raw], Notes]:

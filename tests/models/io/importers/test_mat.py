@@ -46,7 +46,9 @@ def test_fields_of_structs_in_mat_files(tmp_path: Path) -> None:
     recording = import_recording(path, Request(parse_map(words)))
     assert recording.command_deg[0] == pytest.approx(math.degrees(1.0))
     names = "out.time, out.y, out.log.signals(1).values, out.log.signals(2).values"
-    refused(path, Request(), "--map time=out.time:s", "the name of a column for COLUMN", names)
+    refused(
+        path, Request(), "--map time=out.time:s", "name of a column and its unit for COLUMN", names
+    )
 
 
 def test_samples_in_an_array_of_structs_and_columns_of_a_matrix(tmp_path: Path) -> None:

@@ -20,7 +20,8 @@ def test_px4_logs(tmp_path: Path) -> None:
     is_sound(import_recording(path, columns(*words)))
     (note,) = import_recording(path, columns(*words)).notes
     assert "column servo_status.load_torque is not used" in note
-    refused(path, Request(), "--map command=COLUMN:UNIT", "servo_setpoint.position[0..1]")
+    maps = "--map command=COLUMN:UNIT --map angle=COLUMN:UNIT"
+    refused(path, Request(), maps, "servo_setpoint.position[0..1]")
     refused(
         path, columns(words[0], "angle=servo_status.x:rad"), "servo_status.x", "[1].load_torque"
     )
@@ -66,6 +67,7 @@ def test_ros_2_bags(tmp_path: Path, storage: str) -> None:
     is_sound(import_recording(file.rename(tmp_path / "run.log"), request))
     folder = bag(tmp_path / "again", storage)
     refused(folder, columns("command=/goal.position[x]:rad"), "angle", "/goal.position[pan]")
+    refused(folder, Request(), "--map command=COLUMN --map angle=COLUMN`")  # the unit is known
 
 
 def test_a_bag_that_was_cut_off_is_read_to_there(tmp_path: Path) -> None:
