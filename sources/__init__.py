@@ -3,9 +3,8 @@
 from servosight.sources._clock import Offset as Offset
 from servosight.sources._clock import known_camera as known_camera
 from servosight.sources._clock import video_offset as video_offset
-from servosight.sources._command import check_no_rate as check_no_rate
 from servosight.sources._command import is_command as is_command
-from servosight.sources._command import read_command as read_command
+from servosight.sources._command import to_predict as to_predict
 from servosight.sources._film import HORN as HORN
 from servosight.sources._film import Part as Part
 from servosight.sources._film import Parts as Parts

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from servosight.models.core import Array, InputError, Recording
-from servosight.sources._read import Options, Source, is_log
+from servosight.sources._read import Options, Source, is_log, read
 
 DENSE_HZ = 100.0
 """A command with rows at least as often is answered at its rows, any other at this rate."""
@@ -29,7 +30,7 @@ def is_command(path: Path) -> bool:
     return not any(name.startswith("angle_") for name in read_sheet(path).header)
 
 
-def read_command(path: Path, rate_hz: float | None = None) -> Recording:
+def _read_command(path: Path, rate_hz: float | None = None) -> Recording:
     """A command file as a recording whose angle is still to be predicted, and zero.
 
     Its times run from the first row of the command to the last: evenly at ``rate_hz`` [Hz], or,
@@ -48,14 +49,25 @@ def read_command(path: Path, rate_hz: float | None = None) -> Recording:
     return command_recording(rows.time_s, rows.command_deg, times_s)
 
 
-def check_no_rate(source: Source, rate_hz: float | None) -> None:
-    """Refuse a rate for a recording, which is predicted at its own times."""
+def to_predict(
+    source: Source, rate_hz: float | None = None, read: Callable[[Source], Recording] = read
+) -> tuple[Recording, bool]:
+    """The recording that a model is run on, and whether the run begins at rest.
+
+    That of a command file does, as :func:`_read_command` reads it; that of a recording, which
+    ``read`` reads, begins as it does. InputError for a rate with a recording, which is predicted at
+    its own times.
+    """
+    if isinstance(source, Path | str) and is_command(Path(source)):
+        return _read_command(Path(source), rate_hz), True
+    recording = read(source)
     if rate_hz is not None:
         name = source.name if isinstance(source, Recording) else source
         raise InputError(
             f"{name}: is a recording, whose angle is predicted at its own times; a rate is "
             f"expected for a command file only, so leave it out"
         )
+    return recording, False
 
 
 def _even(duration_s: float, rate_hz: float, path: Path) -> Array:

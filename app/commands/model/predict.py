@@ -56,19 +56,17 @@ def run(args: argparse.Namespace) -> None:
     from servosight.app.inputs import load
     from servosight.models.base import write_text
     from servosight.models.io import table_text
-    from servosight.sources import check_no_rate, is_command, read_command
+    from servosight.sources import to_predict
 
     check_outputs(args, Kind.TABLE)
     out = console(args)
     predicted = _predictor(args)
-    if is_command(args.command_file):
-        recording = read_command(args.command_file, args.rate)
-        angle = predicted(recording, True)
-        words = "from rest"
-    else:
-        recording = load([args.command_file], args)[0]
-        check_no_rate(args.command_file, args.rate)
-        angle = predicted(recording, False)
+    recording, from_rest = to_predict(
+        args.command_file, args.rate, lambda _: load([args.command_file], args)[0]
+    )
+    angle = predicted(recording, from_rest)
+    words = "from rest"
+    if not from_rest:
         error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
     time_s = recording.time_s

@@ -123,14 +123,9 @@ def predict(
     """
     from servosight.identify.foreign import Interface, predict_fmu
     from servosight.models.plant import predict, predict_from_rest, to_the_end
-    from servosight.sources import check_no_rate, is_command, read, read_command
+    from servosight.sources import to_predict
 
-    from_rest = isinstance(on, Path | str) and is_command(Path(on))
-    if isinstance(on, Path | str) and from_rest:
-        recording = read_command(Path(on), rate_hz)
-    else:
-        recording = read(on)
-        check_no_rate(on, rate_hz)
+    recording, from_rest = to_predict(on, rate_hz)
     if is_fmu(model):
         return predict_fmu(Interface(Path(model)), recording, from_rest=from_rest, trust=trust)
     known = catalogue_of(plugins)
