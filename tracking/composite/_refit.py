@@ -10,6 +10,9 @@ from servosight.models.core import Array, Mask, Single
 from servosight.tracking.composite.model import CompositeModel, pivot_step
 
 _UNKNOWN_PX = 3.0
+# The pivot moves by so much at most, and by that share of the part's reach: a long pointer that
+# turns by 5 deg is found with its pivot a third of its length off.
+_LARGEST_PX, _LARGEST_SHARE = 6.0, 0.25
 
 
 @dataclass(frozen=True)
@@ -39,5 +42,6 @@ def refitted(model: CompositeModel, pictures: Single, angles: Array) -> Refit:
     known = np.stack([np.zeros((2, 2)) if fit is None else fit.covariance[1:, 1:] for fit in fits])
     step, doubt = pivot_step(refined[near], shifts[near], known[near])
     # The angle was fitted beside the shift: about the better pivot it is fitted alone.
-    step *= min(1.0, 6.0 / max(float(np.hypot(*step)), 1e-9))
+    largest_px = max(_LARGEST_PX, _LARGEST_SHARE * float(model.radius_px.max()))
+    step *= min(1.0, largest_px / max(float(np.hypot(*step)), 1e-9))
     return Refit(refined, good, step, float(np.sqrt(np.trace(doubt))))
