@@ -22,8 +22,12 @@ _OF_COMMAND = frozenset(
 )  # fmt: skip
 _OF_ANGLE = frozenset(
     ("angle", "position", "pos", "present", "measured", "measurement", "actual", "feedback",
-     "encoder", "theta", "meas", "ist", "istwert")
+     "encoder", "theta", "meas", "ist", "istwert", "q")
 )  # fmt: skip
+_OUTPUT_UNITS = (
+    *DEGREES, "m", "mm", "cm", "count", "counts", "tick", "ticks", "step", "steps", "lsb",
+)  # fmt: skip
+"""Those of what a servo moves: of lengths and counts the import asks how many degrees show one."""
 _OF_NEITHER = frozenset(
     ("speed", "velocity", "vel", "rate", "acceleration", "acc", "current", "torque", "effort",
      "load", "force", "voltage", "supply", "temperature", "temp", "error", "sigma", "status")
@@ -36,6 +40,8 @@ def likely_columns(names: Sequence[str], split: Split = split_unit) -> dict[str,
 
     >>> likely_columns(["t [ms]", "Goal Position [deg]", "Present Position [deg]", "Current [mA]"])
     {'time': 't [ms]', 'command': 'Goal Position [deg]', 'angle': 'Present Position [deg]'}
+    >>> likely_columns(["Time [s]", "Setpoint [m]", "Position [m]", "Soll (counts)"])["angle"]
+    'Position [m]'
     >>> likely_columns(["timestamp", "target_deg", "pos_left", "pos_right", "speed (rad/s)"])
     {'time': 'timestamp', 'command': 'target_deg'}
     """
@@ -70,9 +76,9 @@ def _quantity(bare: str, unit: str | None) -> str | None:
     if words & _OF_NEITHER:
         return None
     if words & _OF_COMMAND:
-        return "command" if unit is None or unit in (*DEGREES, PULSE) else None
+        return "command" if unit is None or unit in (*_OUTPUT_UNITS, PULSE) else None
     if words & _OF_TIME:
         return "time" if unit is None or unit in SECONDS else None
     if words & _OF_ANGLE:
-        return "angle" if unit is None or unit in DEGREES else None
+        return "angle" if unit is None or unit in _OUTPUT_UNITS else None
     return None
