@@ -138,6 +138,7 @@ def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Off
         if surface.shutters is not None and surface.shutters.note is not None:
             found_s = float(surface.shutters.exposures_s[0])
             set_keys(folder.path / "recording.toml", found_exposure_s=round(found_s, 6))
+        _note_lost(folder, surface)
         rows, shared = surface.measured, surface.shared_deg
         shared_rows = None if shared is None else shared[rows]
         # angle.csv comes last: as long as it is missing, the recording is tracked again.
@@ -149,6 +150,17 @@ def _keep(folder: RecordingFolder, place: Path, tracks: list[Track], offset: Off
         }
         Geometry.of(surface, folder.video).save(folder.path, written)
     _write_tracks(place, tracks, later_s, scale)
+
+
+def _note_lost(folder: RecordingFolder, surface: Track) -> None:
+    """Keep with a recording which pictures of its video are missing, for all who use its angles."""
+    from servosight.models.io import set_keys
+
+    before = folder.settings.import_notes
+    others = [note for note in before if not note.startswith(f"{surface.video.name}: ")]
+    notes = [*others, *(f"{surface.video.name}: {note}" for note in surface.lost)]
+    if notes != list(before):
+        set_keys(folder.path / "recording.toml", import_notes=notes)
 
 
 def track_video(

@@ -225,7 +225,7 @@ def _hold(path: Path, table: dict[str, Any], keys: _SettingsKeys) -> Hold:
     return keys.hold if "hold" in table else keys.command_hold or "zero"
 
 
-def set_keys(file: Path, **values: float | str) -> None:
+def set_keys(file: Path, **values: float | str | list[str]) -> None:
     """Set top-level keys of recording.toml, made where missing; all else stays as it was written.
 
     New keys come first, so that they stand before any table.

@@ -43,6 +43,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     kept: dict[str, Any] = {}
 
     def track_film(film: Any, options: TrackOptions, progress: FrameProgress) -> Track:
+        lost = kept.pop("lost", ())
         kept.update(vars(options), video=film.path)
         told = options.exposure_s is not None
         progress(300, 300)
@@ -61,6 +62,7 @@ def tracker(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             outline_px=np.array([[300.0, 200.0], [340.0, 200.0], [320.0, 100.0]]),
             shared_deg=1e-4 * (angle - angle[0])[:, None],
             shutters=Shutters(np.array([0.003]), 0.0, 1e-4, None if told else "found"),
+            lost=lost,
         )
 
     monkeypatch.setattr("servosight.tracking.acquisition.find_light", lambda *known, **more: None)
@@ -154,6 +156,20 @@ def test_whoever_needs_the_angle_tracks_first(
     tracker.clear()
     assert main(["diagnose", str(rec)]) == 0
     assert tracker == {}
+
+
+def test_pictures_that_a_video_lacks_are_said_by_all_who_use_its_angle(
+    tmp_path: Path, tracker: dict[str, Any], asked: dict[str, Any]
+) -> None:
+    """Until it is tracked anew with all of them."""
+    rec = filmed(tmp_path / "rec", 'import_notes = ["command.csv: as before"]\n')
+    tracker["lost"] = ("the angle ends early",)
+    for _ in range(2):
+        assert main(["diagnose", str(rec)]) == 0
+        notes = asked["recordings"][0].notes
+        assert notes == ("command.csv: as before", "video.mkv: the angle ends early")
+    assert main(["track", str(rec), "--alone", "--force"]) == 0
+    assert load_recording(rec).notes == ("command.csv: as before",)
 
 
 def test_track_a_file_that_is_no_video(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,6 +64,7 @@ class Track(Result):
         outline_px: x, y of the moving part's contour at angle zero [px], (points, 2).
         plane: the plane of motion in the picture.
         notes: remarks on view, times and camera, a sentence each.
+        lost: those that say which pictures of the video are missing.
         shared_deg: change of the angles [deg] with one sigma of each error that all frames share
             (pivot, plane, exposure, readout), (frames, errors); None where not known.
             ``sigma_deg`` includes them, but they do not average out over frames.
@@ -98,6 +99,7 @@ class Track(Result):
     outline_px: Array
     plane: MotionPlane = PICTURE
     notes: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
     shared_deg: Array | None = None
     shutters: Shutters | None = None
     candidates: tuple[Candidate, ...] = ()

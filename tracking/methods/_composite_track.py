@@ -78,6 +78,7 @@ def track_of(
         outline_px=outline,
         plane=PICTURE,
         notes=film.notes(stamps_s.tolist(), missing),
+        lost=film.lost(stamps_s.tolist(), missing),
         channel=meter.stabilised.channel,
     )
 

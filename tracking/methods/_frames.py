@@ -141,6 +141,7 @@ def tracked_part(
             *shutter_notes,
             *film.notes(measured.stamps_s, measured.missing),
         ),
+        lost=film.lost(measured.stamps_s, measured.missing),
         shared_deg=np.rad2deg(angles.shared_rad),
         shutters=setup.shutters,
         tilt=angles.tilt or part.view.tilt,

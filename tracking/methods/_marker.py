@@ -77,7 +77,8 @@ def marker(film: Film, options: TrackOptions, progress: FrameProgress | None = N
         template_px=(int(low[0]), int(low[1]), int(size[0]), int(size[1])),
         outline_px=outline,
         plane=view.plane,
-        notes=(view.note, f"marker {number} of {options.marker_family}"),
+        notes=(view.note, f"marker {number} of {options.marker_family}", *film.lost(stamps)),
+        lost=film.lost(stamps),
         shared_deg=np.rad2deg(swing.shared_rad),
         tilt=view.tilt,
     )

@@ -164,9 +164,10 @@ def check(video: Path) -> Header:
             _uncounted(container, stream, stamps),
         )
     if header.count < MIN_FRAMES:
+        whole = header.missing_until_s is None and not header.cut
+        fix = "record longer" if whole else "the file breaks off, so copy it again"
         raise InputError(
-            f"{video}: holds {header.count} of at least {MIN_FRAMES} expected frames, "
-            "record longer."
+            f"{video}: holds {header.count} of at least {MIN_FRAMES} expected frames; {fix}."
         )
     return header
 

@@ -176,7 +176,7 @@ class Film:
         notes = of_pictures(self.header, self.tag_deg, self.images[0].shape, self.woven)
         if self.table is None:
             notes += of_clock(self.header, stamps_s[0])
-        notes += of_rate(self.header, stamps_s) + of_missing(self.header, stamps_s, sum(missing))
+        notes += [*of_rate(self.header, stamps_s), *self.lost(stamps_s, missing)]
         if self.camera.rms_px > LEAST_PX:
             notes.append(
                 f"the camera moved by {self.camera.rms_px:.2g} px rms: its motion is measured "
@@ -184,6 +184,10 @@ class Film:
                 "avoid it"
             )
         return tuple(notes)
+
+    def lost(self, stamps_s: Sequence[float], missing: Sequence[int] = ()) -> tuple[str, ...]:
+        """Those of the remarks that say which pictures of the file are missing."""
+        return tuple(of_missing(self.header, stamps_s, sum(missing)))
 
     def _still(self, frame: Frame) -> Frame:
         if self.stabiliser is None:

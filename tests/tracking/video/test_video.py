@@ -121,7 +121,13 @@ def test_what_is_no_video(tmp_path: Path) -> None:
 
 def test_too_short_a_video(tmp_path: Path, write: Write) -> None:
     path = write(tmp_path / "short.mkv", noise(20), np.arange(20) / 100)
-    refused(lambda: track(path), "short.mkv", "holds 20 of at least 50 expected frames")
+    refused(lambda: track(path), "short.mkv", "holds 20 of at least 50 expected frames; record")
+
+
+def test_what_little_is_left_of_a_video_that_breaks_off(tmp_path: Path, write: Write) -> None:
+    path = write(tmp_path / "rest.mkv", noise(120), np.arange(120) / 100)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 6])
+    refused(lambda: track(path), "rest.mkv", "of at least 50 expected frames", "copy it again")
 
 
 def test_a_video_that_breaks_off_is_read_up_to_there(tmp_path: Path, write: Write) -> None:
