@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import inspect
 from pathlib import Path
 
 import pytest
+
+import servosight
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src" / "servosight"
@@ -37,3 +40,17 @@ def test_examples_in_docstrings(
     failed, tried = doctest.testmod(module, optionflags=FLAGS)
     assert tried > 0 or skipped
     assert failed == 0, capfd.readouterr().out
+
+
+@pytest.mark.parametrize("name", [one for one in dir(servosight) if not one.startswith("_")])
+def test_examples_of_the_interface_run_as_they_are_pasted(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With all that they need imported, as in a session that has just begun."""
+    monkeypatch.chdir(tmp_path)
+    exported = getattr(servosight, name)
+    if not inspect.isclass(exported) and not inspect.isfunction(exported):
+        return
+    for found in doctest.DocTestFinder().find(exported, name, globs={}):
+        failed, _ = doctest.DocTestRunner(optionflags=FLAGS).run(found)
+        assert failed == 0, capfd.readouterr().out

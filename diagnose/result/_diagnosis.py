@@ -164,7 +164,9 @@ class Diagnosis(Result):
     ``fmu`` is the file of the FMU that was diagnosed in the place of the linear model: k then
     multiplies its angle, and T and xi describe its own answer.
 
+    >>> import numpy as np
     >>> import servosight as ss
+    >>> from servosight.models.core import Estimate
     >>> time_s = np.arange(0.0, 5.0, 0.02)
     >>> command_deg = 10.0 * np.sign(np.sin(4.0 * time_s + 0.1))
     >>> core = {"k": 1.0, "T": 0.03, "xi": 0.6, "bias": 0.0}

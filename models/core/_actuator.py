@@ -88,6 +88,8 @@ class Actuator(Frozen):
     def linear_response(self, frequency_hz: Array) -> NDArray[np.complex128]:
         """G of the linear core at frequencies [Hz], complex, (frequencies,).
 
+        >>> import numpy as np
+        >>> from servosight.models.core import Actuator, Estimate
         >>> still = Estimate(1.0, None, "-")
         >>> card = Actuator({"k": still, "T": Estimate(0.02, None, "s"), "xi": still}, ())
         >>> float(abs(card.linear_response(np.zeros(1))[0]))
@@ -118,6 +120,8 @@ class Actuator(Frozen):
         InputError where the times do not rise, a number is not finite, or both are given, and where
         the motion runs away.
 
+        >>> import numpy as np
+        >>> from servosight.models.core import Actuator, Estimate
         >>> act = Actuator({n: Estimate(v, None, "") for n, v in
         ...                 {"k": 1.0, "T": 0.02, "xi": 0.7, "bias": 0.0}.items()})
         >>> angle = act.predict(time_s=np.arange(0.0, 1.0, 0.01), command_deg=np.full(100, 5.0))

@@ -50,8 +50,11 @@ class Signals(Frozen):
 class Recording(Frozen):
     """Command and angle of one run.
 
+    >>> import numpy as np
+    >>> import servosight as ss
     >>> time_s = np.arange(0.0, 2.0, 0.01)
-    >>> Recording.from_arrays(time_s=time_s, angle_deg=np.sin(time_s), command_deg=np.sin(time_s))
+    >>> sine_deg = np.sin(time_s)
+    >>> ss.Recording.from_arrays(time_s=time_s, angle_deg=sine_deg, command_deg=sine_deg)
     <Recording arrays: 200 samples over 1.99 s, moved 1.000 deg>
 
     ``command_time_s`` (rows,) and ``command_deg`` (rows,): held between rows (``hold`` "zero")
@@ -156,6 +159,9 @@ class Recording(Frozen):
     def command_at(self, time_s: Array) -> Array:
         """The command as the servo receives it at ``time_s`` (any shape) [deg]; see ``hold``.
 
+        >>> import numpy as np
+        >>> from dataclasses import replace
+        >>> from servosight import Recording
         >>> rows_s, rows_deg, none = np.array([0.0, 1.0]), np.array([0.0, 4.0]), np.zeros(1)
         >>> rec = Recording("rows", rows_s, rows_deg, time_s=none, angle_deg=none)
         >>> rec.command_at(np.array([-1.0, 0.5, 1.0, 9.0])).tolist()
@@ -169,6 +175,8 @@ class Recording(Frozen):
         """The same with a command that acts once every ``period_s``, as of a servo that is driven
         by pulses; one of these instants is ``at_s``.
 
+        >>> import numpy as np
+        >>> from servosight import Recording
         >>> rows_s, none = np.arange(4.0), np.zeros(1)
         >>> rec = Recording("rows", rows_s, rows_s, time_s=none, angle_deg=none)
         >>> framed = rec.in_frames(2.0, 0.5)
@@ -193,6 +201,8 @@ class Recording(Frozen):
     def disturbance_at(self, time_s: Array) -> Array:
         """The known disturbance at ``time_s`` (any shape), in its own unit; 0 where there is none.
 
+        >>> import numpy as np
+        >>> from servosight.models.core import Recording, Signals
         >>> none = np.zeros(1)
         >>> pulses = Signals(np.array([0.0, 1.0]), {"disturbance_N": np.array([0.0, 20.0])})
         >>> rec = Recording("rows", none, none, time_s=none, angle_deg=none, signals=pulses)

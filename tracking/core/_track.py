@@ -76,6 +76,8 @@ class Track(Result):
         tilt: how far the camera looks from off the axis of rotation, and what that does to angles.
 
     >>> import numpy as np
+    >>> from pathlib import Path
+    >>> from servosight import Track
     >>> track = Track(
     ...     video=Path("fin.mkv"), method="refine", time_s=np.arange(3) / 120,
     ...     angle_deg=np.array([0.0, 0.5, 1.5]), sigma_deg=np.full(3, 1e-3),

@@ -49,6 +49,7 @@ def read(
     whatever a recording cannot be.
 
     >>> import servosight as ss
+    >>> from pathlib import Path
     >>> rows = ["time_s,command_deg,angle_deg"]
     >>> rows += [f"{0.01 * i:.2f},{10 * (i // 50 % 2)},{9.9 * (i // 50 % 2)}" for i in range(200)]
     >>> _ = Path("run7.csv").write_text("\\n".join(rows))
