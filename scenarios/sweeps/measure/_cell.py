@@ -121,7 +121,9 @@ def _diagnose(recording: Recording, scenario: Scenario, times: Row, *, scored: b
     found = diagnose([recording], catalogue=catalogue(), auto=True)
     times["diagnose_s"] = time.perf_counter() - began
     last = found.ladder[-1]
-    row: Row = {} if scored else dict(errors(last.parameters, scenario.truth()))
+    row: Row = {}
+    if not scored:
+        row = {**errors(last.parameters, scenario.truth()), "rmse_deg": last.train_rmse_deg}
     return {
         **row,
         "verdict": found.verdict.value,

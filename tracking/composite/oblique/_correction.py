@@ -34,7 +34,9 @@ _SLOWEST = 0.95  # of a round's change, the next one
 _SURE, _LEAST_SMALLER = 3.0, 0.04
 _OTHER_CAUSES = 0.03  # by so much shadow, codec and blur may make it smaller as a tilt would
 _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
-_KNOWN = 0.6  # sigma is to be as small a share of what the tilt changes
+# Of what the tilt changes, sigma is to be as small a share; it may be all of it, and further rounds
+# are to change as little, where a tilt explains the poses.
+_KNOWN, _SETTLED = 0.6, 0.1
 # Times what the plane found does to the angles: a larger change has another cause. Of tilts of 4 to
 # 21 deg it is 1.2, of a shadow beside a part that turns by 3 deg 70.
 _OTHERWISE = 10.0
@@ -234,10 +236,12 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     smaller = _smaller_by(rounds[0], best)
     other = _spread(change) * by_other_causes(smaller)
     sigma = float(np.sqrt(usual**2 + ahead**2 + other**2))
-    share = sigma / max(_spread(change), 1e-12)
+    settled = ahead < _SETTLED * _spread(change) and smaller > 0.0
+    explained = settled and filled(angle_rad) and best.estimate.explained
     least = _LEAST_SMALLER if filled(angle_rad) else _MOST
-    shown = smaller > least and _gain(rounds[0], best) > _SURE
-    found = shown and share < _KNOWN and _spread(change) < _OTHERWISE * best.estimate.changes_rad
+    shown = explained or (smaller > least and _gain(rounds[0], best) > _SURE)
+    found = shown and sigma < (1.0 if explained else _KNOWN) * _spread(change)
+    found = found and _spread(change) < _OTHERWISE * best.estimate.changes_rad
     if not found:
         # What is shown, but not how far it goes, may go as far again, or as usual tilts do.
         further = min(sigma, rounds[0].estimate.usual_rad) if shown else 0.0

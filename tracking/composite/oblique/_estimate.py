@@ -23,6 +23,8 @@ _SYSTEMATIC_PX, _ALIKE_RAD = 0.05, np.deg2rad(15.0)
 # apart than a sixth of the range, are enough.
 _RESTING_PX = 0.2
 _APART, _LEAST_ANGLES = 1.0 / 6.0, 3.5
+# Chi square of four numbers: 95 of 100 by chance are smaller, and nearly 7 sigma.
+_CHANCE, _FAR = 9.5, 45.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,8 @@ class TiltEstimate:
     chance. ``doubt`` (4, 4) is the mean square of what the shape may be as far as they can be
     believed: not where no tilt explains them, since a shadow then changes them, nor those of a part
     that rests at few angles. ``usual`` (4, 4) is that of the tilts to expect, whatever poses tell.
+    ``misfit`` is the chi square of the poses, four numbers, for the tilt that explains them best,
+    ``flat_misfit`` for none.
     """
 
     shape_px: Array
@@ -43,6 +47,14 @@ class TiltEstimate:
     covariance: Array
     doubt: Array
     usual: Array
+    misfit: float
+    flat_misfit: float
+
+    @property
+    def explained(self) -> bool:
+        """Whether a tilt explains the poses up to chance, and the axis of the camera does not, by
+        far: a shadow, light or blur changes them as no tilt does."""
+        return self.misfit < _CHANCE and self.flat_misfit - self.misfit > _FAR
 
     @property
     def sigma_rad(self) -> float:
@@ -105,6 +117,7 @@ def estimated_tilt(
         _square(expected.shape_px - mean, weight) + contradicted,
         _square(expected.shape_px, doubted),
         _square(expected.shape_px, expected.weight),
+        least, float(misfit[expected.tilt_rad == 0.0].min()),
     )  # fmt: skip
 
 

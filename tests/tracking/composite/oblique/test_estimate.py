@@ -73,3 +73,10 @@ def test_poses_that_no_tilt_explains_leave_the_angles_as_uncertain_as_they_contr
     odd = estimate(poses_of(np.array([-1.7, 0.0, 9.0, 9.0])))
     plain = estimate(poses_of(TRUTH_PX))
     assert odd.sigma_rad > 3.0 * plain.sigma_rad
+
+
+def test_a_tilt_explains_its_own_poses_up_to_chance_and_those_of_no_other_cause() -> None:
+    """Those of a camera on the axis need none; the odd ones are as above."""
+    assert estimate(poses_of(TRUTH_PX)).explained
+    assert not estimate(poses_of(np.zeros(4))).explained
+    assert not estimate(poses_of(np.array([-1.7, 0.0, 9.0, 9.0]))).explained
