@@ -92,19 +92,37 @@ def refuse_without(needed: str, options: Mapping[str, object]) -> None:
 
     Ignored, such an option would let the user take the result for what it is not.
     """
-    for option, value in options.items():
-        if value not in (None, []):
-            raise InputError(
-                f"{option} has no effect here, expected {needed} beside it; add that, or leave "
-                f"{option} out"
-            )
+    for option in _given(options):
+        raise InputError(
+            f"{option} has no effect here, expected {needed} beside it; add that, or leave "
+            f"{option} out"
+        )
 
 
-def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
+def refuse_with(present: str, options: Mapping[str, object]) -> None:
+    """Raise InputError for the first of ``options`` that has a value, which ``present`` ignores."""
+    for option in _given(options):
+        raise InputError(
+            f"{option} has no effect with {present}, expected one of the two; leave the other out"
+        )
+
+
+def _given(options: Mapping[str, object]) -> list[str]:
+    """Those of ``options`` that stand on the command line; their defaults are no value."""
+    return [
+        name
+        for name, value in options.items()
+        if value is not None and value is not False and value != []
+    ]
+
+
+def add_seed(
+    parser: argparse.ArgumentParser,
+    default: int | None = 0,
+    words: str = "seed of the random numbers (default: %(default)s)",
+) -> None:
     """``--seed N``."""
-    parser.add_argument(
-        "--seed", metavar="N", type=whole, default=default, help="seed of everything random"
-    )
+    parser.add_argument("--seed", metavar="N", type=whole, default=default, help=words)
 
 
 def fmu_names(args: argparse.Namespace) -> dict[str, object]:
