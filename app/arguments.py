@@ -10,6 +10,19 @@ from pathlib import Path
 from servosight.models.base import InputError, check_path, check_tolerance
 
 
+def add_general(parser: argparse.ArgumentParser, default: object = False) -> None:
+    """What stands before the command or behind it: --quiet, --verbose and --debug."""
+    options = parser.add_mutually_exclusive_group()
+    for names, words in (
+        (("-q", "--quiet"), "print nothing but JSON and errors"),
+        (("-v", "--verbose"), "report each stage and its duration on standard error"),
+    ):
+        options.add_argument(*names, action="store_true", default=default, help=words)
+    parser.add_argument(
+        "--debug", action="store_true", default=default, help="show the traceback of an error"
+    )
+
+
 def add_recordings(parser: argparse.ArgumentParser) -> None:
     """``REC...`` and the scale of a command given as pulse width."""
     parser.add_argument(

@@ -21,6 +21,16 @@ _LIMITS = {
 }
 
 
+def stated_of(args: argparse.Namespace) -> dict[str, object]:
+    """The options that state something of a camera, with their values."""
+    return {f"--{name}": getattr(args, name) for name in ("exposure", "readout", "stamp")}
+
+
+def limited_of(args: argparse.Namespace) -> dict[str, object]:
+    """The options that limit a servo, with their values."""
+    return {f"--{name}": getattr(args, name) for name in _LIMITS}
+
+
 def limits_of(args: argparse.Namespace) -> Limits:
     """The limits that the options give."""
     given = {key: getattr(args, name) for name, key in _LIMITS.items()}
