@@ -104,8 +104,14 @@ def test_nothing_moves_without_arm(capsys: pytest.CaptureFixture[str], tmp_path:
         (["check", "--servo", "x", "--arm"], "expected both --camera and --servo"),
         (["check", "--camera", "http://127.0.0.1:9/"], "does not answer"),
         (["servos", "--servo", "maestro:/dev/none"], "/dev/none"),
-        (["check", "--camera", "x", "--exposure", "7"], "exposure_s"),
-        (["check", "--servo", "maestro:/dev/none", "--low", "50"], "low_deg"),
+        (
+            ["check", "--camera", "x", "--exposure", "7"],
+            "exposure_s (--exposure on the command line) is 7",
+        ),
+        (
+            ["check", "--servo", "maestro:/dev/none", "--low", "50"],
+            "low_deg (--low on the command line) is 50",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_sentence(
