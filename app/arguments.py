@@ -10,6 +10,19 @@ from pathlib import Path
 from servosight.models.base import InputError, check_path, check_tolerance
 
 
+def add_general(parser: argparse.ArgumentParser, default: object = False) -> None:
+    """What stands before the command or behind it: --quiet, --verbose and --debug."""
+    options = parser.add_mutually_exclusive_group()
+    for names, words in (
+        (("-q", "--quiet"), "print nothing but JSON and errors"),
+        (("-v", "--verbose"), "report each stage and its duration on standard error"),
+    ):
+        options.add_argument(*names, action="store_true", default=default, help=words)
+    parser.add_argument(
+        "--debug", action="store_true", default=default, help="show the traceback of an error"
+    )
+
+
 def add_recordings(parser: argparse.ArgumentParser) -> None:
     """``REC...`` and the scale of a command given as pulse width."""
     parser.add_argument(
@@ -92,19 +105,37 @@ def refuse_without(needed: str, options: Mapping[str, object]) -> None:
 
     Ignored, such an option would let the user take the result for what it is not.
     """
-    for option, value in options.items():
-        if value not in (None, []):
-            raise InputError(
-                f"{option} has no effect here, expected {needed} beside it; add that, or leave "
-                f"{option} out"
-            )
+    for option in _given(options):
+        raise InputError(
+            f"{option} has no effect here, expected {needed} beside it; add that, or leave "
+            f"{option} out"
+        )
 
 
-def add_seed(parser: argparse.ArgumentParser, default: int | None = 0) -> None:
+def refuse_with(present: str, options: Mapping[str, object]) -> None:
+    """Raise InputError for the first of ``options`` that has a value, which ``present`` ignores."""
+    for option in _given(options):
+        raise InputError(
+            f"{option} has no effect with {present}, expected one of the two; leave the other out"
+        )
+
+
+def _given(options: Mapping[str, object]) -> list[str]:
+    """Those of ``options`` that stand on the command line; their defaults are no value."""
+    return [
+        name
+        for name, value in options.items()
+        if value is not None and value is not False and value != []
+    ]
+
+
+def add_seed(
+    parser: argparse.ArgumentParser,
+    default: int | None = 0,
+    words: str = "seed of the random numbers (default: %(default)s)",
+) -> None:
     """``--seed N``."""
-    parser.add_argument(
-        "--seed", metavar="N", type=whole, default=default, help="seed of everything random"
-    )
+    parser.add_argument("--seed", metavar="N", type=whole, default=default, help=words)
 
 
 def fmu_names(args: argparse.Namespace) -> dict[str, object]:

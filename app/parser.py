@@ -9,6 +9,7 @@ import sys
 from typing import NoReturn
 
 from servosight import __version__
+from servosight.app.arguments import add_general
 from servosight.app.commands import COMMANDS
 from servosight.models.base import InputError, did_you_mean
 
@@ -62,13 +63,18 @@ class CommandParser(argparse.ArgumentParser):
         raise InputError(f"{message}{more}; see `{self.prog} --help`")
 
     def _meant(self, message: str) -> str:
-        """The command or option that a misspelt one is closest to."""
-        command = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        """The command, action or option that a misspelt one is closest to."""
+        command = re.match(r"argument (?:COMMAND|ACTION): invalid choice: '(.*?)'", message)
         option = re.match(r"unrecognized arguments: --([^ =]+)", message)
         if command:
-            return did_you_mean(command[1], COMMANDS)
+            return did_you_mean(command[1], self._commands())
         names = [name[2:] for name in self._option_string_actions if name.startswith("--")]
         return did_you_mean(option[1], names, prefix="--") if option else ""
+
+    def _commands(self) -> list[str]:
+        """The words that a parser below this one goes by."""
+        below = [one for one in self._actions if isinstance(one, argparse._SubParsersAction)]
+        return [name for one in below for name in one.choices]
 
     def _wanted(self, message: str) -> str:
         """What an option takes that was given without it, as its help says."""
@@ -93,26 +99,13 @@ def parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     top.add_argument("--version", action="version", version=f"servosight {__version__}")
-    _add_general(top)
+    add_general(top)
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, command in COMMANDS.items():
         words = (command.__doc__ or "").strip().splitlines()[0]
         sub = commands.add_parser(name, help=words, description=words, allow_abbrev=False)
         # Suppressed, so that their absence here does not undo what stands before the command.
-        _add_general(sub, argparse.SUPPRESS)
+        add_general(sub, argparse.SUPPRESS)
         command.configure(sub)
         sub.set_defaults(run=command.run)
     return top
-
-
-def _add_general(parser: argparse.ArgumentParser, default: object = False) -> None:
-    """What stands before the command or behind it."""
-    options = parser.add_mutually_exclusive_group()
-    for names, words in (
-        (("-q", "--quiet"), "print nothing but JSON and errors"),
-        (("-v", "--verbose"), "report each stage and its duration on standard error"),
-    ):
-        options.add_argument(*names, action="store_true", default=default, help=words)
-    parser.add_argument(
-        "--debug", action="store_true", default=default, help="show the traceback of an error"
-    )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from servosight.models.base import InputError, Kind, did_you_mean
+from servosight.models.base import InputError, Kind, did_you_mean, either
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def kind_named(name: str) -> ExportKind:
     """The kind of that name; InputError with the nearest name for another."""
     if name not in KINDS:
         raise InputError(
-            f"--to {name}: no such export{did_you_mean(name, KINDS)}; expected one of "
-            f"{', '.join(KINDS)}: see `servosight export --help`"
+            f"{either('to', '--to')} is {name}, no such export{did_you_mean(name, KINDS)}; "
+            f"expected one of {', '.join(KINDS)}: see `servosight export --help`"
         )
     return KINDS[name]

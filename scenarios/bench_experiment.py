@@ -15,6 +15,7 @@ from servosight.bench.servo import SupervisedServo
 from servosight.bench.session import Light, Run, run
 from servosight.models.core import Array, InputError, Recording, StageProgress, check_seed, silent
 from servosight.models.excitation import CommandLimits, Excitation, slewed, standard, triangle
+from servosight.scenarios.durations import EXPERIMENT_S
 
 if TYPE_CHECKING:
     from servosight.diagnose import Diagnosis
@@ -152,7 +153,7 @@ def carry_out(
     camera: OpenCamera,
     folder: Path,
     *,
-    duration_s: float = 20.0,
+    duration_s: float = EXPERIMENT_S,
     seed: int = 0,
     light: Light | None = None,
     zero: Zero | None = None,
@@ -191,7 +192,7 @@ def carry_out(
         found = diagnose(recordings, catalogue=catalogue(), auto=True, progress=progress)
         proposal = found.proposal
         more = proposal is not None and proposal.recommended and len(runs) < MOST_RUNS
-        if not more or proposal is None or not ask(f"{found.next_experiment}"):
+        if not more or proposal is None or not ask(found.next_experiment):
             return BenchExperiment(
                 zero=zero, runs=tuple(runs), recordings=tuple(recordings), diagnosis=found
             )

@@ -136,9 +136,8 @@ def scaled(effect: str, values: Mapping[str, float], strength: float) -> dict[st
     return result
 
 
-def hidden(seed: int, *, video: bool = True) -> Scenario:
-    """A short scenario with one effect of the catalogue, whose name the user is not given.
-
+def hidden(seed: int) -> Scenario:
+    """A short filmed scenario with one effect of the catalogue, whose name the user is not given.
 
     Effect, strength, servo and command vary with ``seed``. Raises InputError for a negative seed.
 
@@ -146,7 +145,7 @@ def hidden(seed: int, *, video: bool = True) -> Scenario:
     True
     """
     check_seed(seed)
-    return hidden_effects([effect_of(seed)], seed, video=video)
+    return hidden_effects([effect_of(seed)], seed, video=True)
 
 
 SHOWN_ALONE: tuple[str, ...] = tuple(name for name, draw in DRAWS.items() if draw.alone)

@@ -77,13 +77,9 @@ def read(
     return replace(found, side=options.angle_of or found.side)
 
 
-def read_all(
-    sources: Source | Sequence[Source],
-    options: Options = Options(),
-    progress: StageProgress = silent,
-) -> list[Recording]:
+def read_all(sources: Source | Sequence[Source]) -> list[Recording]:
     """One or several recordings, in order."""
-    return [read(source, options, progress) for source in _several(sources)]
+    return [read(source) for source in _several(sources)]
 
 
 def _several(sources: Any) -> Iterable[Any]:

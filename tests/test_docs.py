@@ -53,9 +53,18 @@ def whole_commands(text: str) -> Iterator[str]:
         yield re.split(r"   | +#", line)[0].strip()
 
 
-def subcommands() -> dict[str, argparse.ArgumentParser]:
-    (actions,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
-    return dict(actions.choices)
+def below(above: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The parsers of a parser's commands or actions, by name."""
+    lists = [one for one in above._actions if isinstance(one, argparse._SubParsersAction)]
+    return dict(lists[0].choices) if lists else {}
+
+
+def known_options(words: list[str]) -> set[str]:
+    """The options of a command, or of its action where one is named; KeyError for no command."""
+    command = below(parser())[words[0]]
+    action = below(command).get(words[1] if len(words) > 1 else "")
+    parsers = [action] if action else [command, *below(command).values()]
+    return {option for one in parsers for option in one._option_string_actions}
 
 
 @pages
@@ -88,15 +97,14 @@ def test_targets_of_make_are_there(page: Path) -> None:
 
 @pages
 def test_commands_and_flags_named_are_there(page: Path) -> None:
-    known = subcommands()
     text = page.read_text(encoding="utf-8")
     for words in [*INLINE.findall(text), *whole_commands(text)]:
-        name = words.split()[1]
+        name, *more = words.split()[1:]
         if name.startswith("-") or name.isupper():  # servosight --help, servosight COMMAND
             continue
-        assert name in known, f"{page.name}: {words}"
+        assert name in below(parser()), f"{page.name}: {words}"
         flags = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", words))
-        assert flags <= set(known[name]._option_string_actions), f"{page.name}: {words}"
+        assert flags <= known_options([name, *more]), f"{page.name}: {words}"
 
 
 @pages
@@ -160,7 +168,7 @@ def test_every_package_has_its_line_in_the_architecture() -> None:
 
 def test_every_command_is_in_the_readme() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert [name for name in subcommands() if f"servosight {name}" not in text] == []
+    assert [name for name in below(parser()) if f"servosight {name}" not in text] == []
 
 
 def test_the_demo_hides_what_the_readme_prints() -> None:

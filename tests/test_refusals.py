@@ -113,6 +113,14 @@ REFUSED: dict[str, tuple[str, Callable[[], object]]] = {
     "simulate-seed": ("seed is -1", lambda: ss.simulate(seed=-1)),
     "simulate-scenario": ("seed is -1", lambda: ss.simulate(Scenario(seed=-1))),
     "simulate-length": ("duration_s is nan", lambda: ss.simulate(Scenario(duration_s=np.nan))),
+    "rehearse-duration": (
+        "duration_s (--duration on the command line) is 2, expected 4 to 120 seconds",
+        lambda: ss.bench.rehearse("rec", duration_s=2.0),
+    ),
+    "auto-duration": (
+        "duration_s (--duration on the command line) is 200",
+        lambda: ss.bench.auto("rec", servo="x", camera="y", arm=True, duration_s=200.0),
+    ),
     "rehearse-seed": ("seed is -1", lambda: ss.bench.rehearse("rec", seed=-1)),
     "draw-seed": ("seed is -1", lambda: hidden(-1)),
     "design-seed": (

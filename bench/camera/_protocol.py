@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Protocol
 
 from servosight.bench.timing import Meaning
-from servosight.models.core import InputError, check_fields, within
+from servosight.models.core import InputError, check_fields, either, within
 
 Coding = Literal["mjpeg", "gray"]
 """A picture as the camera compressed it, or one byte for each pixel."""
@@ -54,6 +54,14 @@ class Stream:
     host_clock: bool = False
 
 
+_GIVEN = {
+    "exposure_s": either("exposure_s", "--exposure"),
+    "readout_s": either("readout_s", "--readout"),
+    "meaning": either("meaning", "--stamp"),
+}
+"""How the user gives what a ``Given`` holds."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Given:
     """What the user states of a camera in place of what it says itself.
@@ -69,7 +77,7 @@ class Given:
 
     def __post_init__(self) -> None:
         """Raise InputError for values out of range."""
-        check_fields(self, "camera")
+        check_fields(self, "camera", given_as=lambda key: _GIVEN.get(key, key))
 
     def over(self, stream: Stream) -> Stream:
         """``stream`` with what is given here."""

@@ -7,10 +7,21 @@ from typing import Annotated
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, Mask, check_fields, require, within
+from servosight.models.core import Array, InputError, Mask, check_fields, either, require, within
 
 _ROUND = 1e-9
 """Share by which a rate may exceed its limit: rows have been through decimal text."""
+
+
+LIMIT_OPTIONS = {
+    "low_deg": "--low",
+    "high_deg": "--high",
+    "neutral_deg": "--neutral",
+    "rate_deg_s": "--rate",
+    "acceleration_deg_s2": "--acceleration",
+    "duration_s": "--longest",
+}
+"""Limits that the command line gives, by the names that they have in Python."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,18 +49,18 @@ class Limits:
 
     def __post_init__(self) -> None:
         """Raise InputError for limits that are out of range or leave no room."""
-        check_fields(self, "limits")
+        check_fields(self, "limits", given_as=_shown)
         require(
             self.low_deg < self.high_deg,
             "limits",
-            "low_deg",
+            _shown("low_deg"),
             self.low_deg,
-            f"less than high_deg ({self.high_deg:g})",
+            f"less than {_shown('high_deg')}, which is {self.high_deg:g}",
         )
         require(
             self.low_deg <= self.neutral_deg <= self.high_deg,
             "limits",
-            "neutral_deg",
+            _shown("neutral_deg"),
             self.neutral_deg,
             f"{self.low_deg:g} to {self.high_deg:g}, from low_deg to high_deg",
         )
@@ -58,6 +69,11 @@ class Limits:
     def ramp_rate_deg_s(self) -> float:
         """The speed of a ramp: ``ramp_deg_s``, or the rate where that is less."""
         return self.ramp_deg_s if self.rate_deg_s is None else min(self.ramp_deg_s, self.rate_deg_s)
+
+
+def _shown(key: str) -> str:
+    """A limit as the user gives it."""
+    return either(key, LIMIT_OPTIONS[key]) if key in LIMIT_OPTIONS else key
 
 
 def check_command(

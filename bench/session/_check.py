@@ -56,9 +56,9 @@ class MeasuredRate:
     meaning: str
 
 
-def measure_camera(camera: OpenCamera, frames: int = _FRAMES, clock: Clock = HOST) -> MeasuredRate:
+def measure_camera(camera: OpenCamera, frames: int = _FRAMES) -> MeasuredRate:
     """Measure rate and jitter over some frames; InputError where fewer than ten come."""
-    return _rate(camera, some_frames(camera, frames, clock))
+    return _rate(camera, some_frames(camera, frames, HOST))
 
 
 def check_camera(

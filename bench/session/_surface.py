@@ -38,9 +38,7 @@ class SurfaceLimits:
 SURFACE_LIMITS = SurfaceLimits()
 
 
-def check_surface(
-    servo: SupervisedServo, camera: OpenCamera, limits: SurfaceLimits = SURFACE_LIMITS
-) -> list[Line]:
+def check_surface(servo: SupervisedServo, camera: OpenCamera) -> list[Line]:
     """Turn an idle servo from neutral by up to 5 deg and back, and look at what moves.
 
     The servo is armed for it, and released whatever happens. InputError where no frames come.
@@ -51,7 +49,7 @@ def check_surface(
     with released(servo):
         goals = (neutral, neutral + step, neutral)
         before, turned, after = (_look(servo, camera, goal) for goal in goals)
-    return judge_surface(before, turned, after, limits)
+    return judge_surface(before, turned, after)
 
 
 def judge_surface(

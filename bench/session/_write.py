@@ -142,8 +142,8 @@ def _write_readings(folder: Path, readings: list[Reading], start_s: float) -> No
     time_s = np.array([one.time_s for one in readings])
     rising = np.append(np.diff(time_s) > 0.0, True)
     columns = {"time_s": _micro(time_s - start_s)[rising]}
-    names = {"angle_deg": "servo_angle_deg", "current_a": "current_a"}
-    names |= {"voltage_v": "voltage_v", "temperature_c": "temperature_c"}
+    names = {"angle_deg": "servo_angle_deg", "current_a": "current_A"}
+    names |= {"voltage_v": "supply_V", "temperature_c": "temperature_c"}
     for name, column in names.items():
         values = [getattr(one, name) for one in readings]
         if all(value is not None for value in values):

@@ -33,7 +33,6 @@ def change_in_recordings(
     catalogue: Mapping[str, Effect],
     effects: Sequence[str] | None = None,
     fix: Mapping[str, float] | None = None,
-    policy: ChangePolicy | None = None,
     progress: StageProgress = silent,
 ) -> ServoChange:
     """Fit the same model to ``a`` and to ``b``, each set jointly, and compare the parameters.
@@ -44,7 +43,7 @@ def change_in_recordings(
     floor. ``fix`` holds parameters of the model, such as ``{"k": 1.0}``, in both. InputError for an
     unknown effect, and for a parameter to hold that the model does not have.
     """
-    policy = policy or ChangePolicy()
+    policy = ChangePolicy()
     fewest = min(sum(one.time_s.size for one in side) for side in (a, b))
     short = effects is None and fewest < policy.fewest
     if short:

@@ -31,7 +31,7 @@ from servosight.export.core import (
     omitted,
     provenance_lines,
 )
-from servosight.models.core import Array, write_text
+from servosight.models.core import Array, either, write_text
 
 USUAL_STEP_S = 1.0 / 120.0
 """JSBSim's own time step."""
@@ -172,10 +172,10 @@ def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
             _write(replace(request, options=options), fine)
             fine_time, fine_angle = _simulated(fine, request.name, trial, FINE_STEP_S)
         change = angle - np.interp(time_s, fine_time, fine_angle)
+        how = either(f"sample_time_s={FINE_STEP_S:g}", f"--sample-time {FINE_STEP_S:g}")
         notes = (
-            f"JSBSim was run at steps of {step_s:.4g} s; at {FINE_STEP_S:g} s (export with "
-            f"--sample-time {FINE_STEP_S:g}) the angle changes by "
-            f"{np.sqrt(np.mean(change**2)):.3g} deg rms",
+            f"JSBSim was run at steps of {step_s:.4g} s; at {FINE_STEP_S:g} s, export with {how}, "
+            f"the angle changes by {np.sqrt(np.mean(change**2)):.3g} deg rms",
         )
     return Response(time_s=time_s, angle_deg=angle, notes=notes)
 

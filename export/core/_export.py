@@ -19,7 +19,7 @@ from servosight.export.core._contract import (
 from servosight.export.core._result import ExportResult, OmittedEffect
 from servosight.export.core._trial import model_angle, trial_of
 from servosight.export.kinds import kind_named
-from servosight.models.core import Actuator, Array, InputError, Recording, Table, new_file
+from servosight.models.core import Actuator, Array, InputError, Recording, Table, either, new_file
 from servosight.models.effects import Effect, catalogue
 from servosight.models.plant import TRANSFORMS
 
@@ -93,19 +93,20 @@ def _checked(options: ExportOptions) -> ExportOptions:
     low, high = SAMPLE_TIME_S
     if options.sample_time_s is not None and not low <= options.sample_time_s <= high:
         raise InputError(
-            f"--sample-time {options.sample_time_s:g}: is out of range, expected {low:g} to "
-            f"{high:g} s; give the period of your control loop"
+            f"{either('sample_time_s', '--sample-time')} is {options.sample_time_s:g}, expected "
+            f"{low:g} to {high:g} s; give the period of your control loop"
         )
     low, high = STIFFNESS_NM_RAD
     if not low <= options.stiffness_nm_rad <= high:
         raise InputError(
-            f"--stiffness {options.stiffness_nm_rad:g}: is out of range, expected {low:g} to "
-            f"{high:g} N m/rad; give the torque for one radian of position error"
+            f"{either('stiffness_nm_rad', '--stiffness')} is {options.stiffness_nm_rad:g}, "
+            f"expected {low:g} to {high:g} N m/rad; give the torque for one radian of position "
+            f"error"
         )
     if options.transform not in TRANSFORMS:
         raise InputError(
-            f"--transform {options.transform}: no such method of sampling, expected one of "
-            f"{', '.join(TRANSFORMS)}; see docs/export.md"
+            f"{either('transform', '--transform')} is {options.transform}, expected one of "
+            f"{', '.join(TRANSFORMS)}; choose one of these methods of sampling"
         )
     return options
 

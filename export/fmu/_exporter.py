@@ -34,7 +34,7 @@ from servosight.export.csource import (
 from servosight.export.fmu._description import TIME_REFERENCE, build_description, description
 from servosight.export.fmu._extras import extras
 from servosight.export.fmu._variables import has_exchange, nominals
-from servosight.models.core import InputError
+from servosight.models.core import InputError, either
 from servosight.models.fmu import open_fmu
 
 OWN = "extra/org.servosight"
@@ -53,7 +53,7 @@ _HEADERS = {
 def _write(version: int, request: ExportRequest, path: Path) -> None:
     why = missing()
     if why is not None:
-        raise InputError(f"--to fmu: {why}, then export again")
+        raise InputError(f"{either('to=fmu', '--to fmu')}: {why}, then export again")
     files = _sources(version, request)
     token = _token(files)
     files = {name: text.replace("@token@", token) for name, text in files.items()}

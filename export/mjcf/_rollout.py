@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, InputError, either
 
 
 def rolled_out(model: Any, data: Any, controls: Array) -> tuple[Array, Array]:
@@ -32,6 +32,7 @@ def rolled_out(model: Any, data: Any, controls: Array) -> tuple[Array, Array]:
     if any(data.warning[one].number for one in unstable):
         raise InputError(
             f"the MuJoCo model is unstable at steps of {model.opt.timestep:g} s, expected shorter "
-            f"ones for this servo; choose them with --sample-time"
+            f"ones for this servo; choose them with "
+            f"{either('sample_time_s', '--sample-time')}"
         )
     return np.asarray(states[0], dtype=np.float64), np.asarray(sensed[0], dtype=np.float64)

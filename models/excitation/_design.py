@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servosight.models.core import Array, InputError, check_seed, did_you_mean
+from servosight.models.core import Array, InputError, check_seed, did_you_mean, either
 from servosight.models.excitation import _shapes as waves
 from servosight.models.excitation._limits import CommandLimits
 from servosight.models.excitation._multisine import multisine_period, random_grid
@@ -68,11 +68,12 @@ def design(shape: str, limits: CommandLimits, form: Form | None = None, seed: in
     wanted = form or Form()
     for name, shapes in FORMED.items():
         value = getattr(wanted, name)
+        given = either(name, f"--{name.rpartition('_')[0]}")
         if value is not None and not 0.0 < value < np.inf:
-            raise InputError(f"{name} is {value:g}, expected more than 0; give a larger one")
+            raise InputError(f"{given} is {value:g}, expected more than 0; give a larger one")
         if value is not None and shape not in shapes:
             raise InputError(
-                f"{name} is {value:g}, expected none for the shape {shape}, only for "
+                f"{given} is {value:g}, expected none for the shape {shape}, only for "
                 f"{' and '.join(shapes)}; leave it out"
             )
     made = SHAPES[shape](replace(limits, centre_deg=0.0), wanted, seed)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache
 from pathlib import Path
 from types import NoneType, UnionType
@@ -100,14 +100,19 @@ def validated(
     return kind(**values)
 
 
-def check_fields(instance: Any, source: Path | str, section: str = "") -> None:
-    """Hold the values of a dataclass to its annotations, as if a file had them; InputError."""
+def check_fields(
+    instance: Any, source: Path | str, section: str = "", given_as: Callable[[str], str] = str
+) -> None:
+    """Hold the values of a dataclass to its annotations, as if a file had them; InputError.
+
+    ``given_as`` says how the user names a key that need not come from a file.
+    """
     for name, hint in get_type_hints(type(instance), include_extras=True).items():
         value, key = getattr(instance, name), f"{section}.{name}" if section else name
         if dataclasses.is_dataclass(value):
-            check_fields(value, source, section if _is_apart(hint) else key)
+            check_fields(value, source, section if _is_apart(hint) else key, given_as)
         elif not _is_apart(hint):
-            _value(value, hint, source, key)
+            _value(value, hint, source, given_as(key))
 
 
 def validated_value(value: Any, kind: Any, source: Path | str, key: str) -> Any:

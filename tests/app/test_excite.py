@@ -130,7 +130,10 @@ def test_wrong_words_give_one_sentence(
         (["excite", "sawtooth", "-o", out], "expected one of steps"),
         (["excite", "sine"], "-o command.csv"),
         (["excite", "sine", "--rate", "0", "-o", out], "the rate of the command is 0"),
-        (["excite", "sine", "--low", "3", "-o", out], "low_hz is 3, expected none"),
+        (
+            ["excite", "sine", "--low", "3", "-o", out],
+            "low_hz (--low on the command line) is 3, expected none",
+        ),
         (["excite", "sine", "--model", str(card), "-o", out], "--model has no effect here"),
         (["excite", "sine", "--for", "T", "-o", out], "expected the shape optimal beside it"),
         (

@@ -192,6 +192,20 @@ def test_a_markers_number_without_a_marker_is_refused(
     complaint(capsys, words, "--id has no effect here", "expected --marker")
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["track", "a.mkv", "--marker", "aruco", "--id", "3.5"], "expected a whole number"),
+        (["calibrate", "--columns", "x", "--rows", "6"], "expected a whole number"),
+        (["calibrate", "--columns", "9", "--rows", "6", "--square-mm", "inf"], "expected a number"),
+    ],
+)
+def test_a_number_that_is_none_is_refused_in_a_sentence(
+    words: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    complaint(capsys, words, expected)
+
+
 @pytest.mark.parametrize("second", [["--second"], ["--second-pivot", "3,4"]])
 def test_a_second_part_beside_a_marker_is_refused(
     second: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -82,6 +82,14 @@ def test_an_option_for_an_fmu_is_refused_without_one(
     assert not out.exists()
 
 
+@pytest.mark.parametrize("option", [["--method", "pso"], ["--seed", "0"]])
+def test_a_global_search_is_refused_for_an_fmu(
+    option: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["identify", str(log(tmp_path / "log.csv")), "--model", str(tmp_path / "s.fmu")]
+    complaint(capsys, [*words, *option], option[0], "no effect with --model", "leave the other out")
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

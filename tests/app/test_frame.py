@@ -350,6 +350,23 @@ def test_a_shell_completes_commands_options_and_names(tmp_path: Path) -> None:
     assert completed("servosight export model.toml --to fm", tmp_path) == ["fmu", "fmu2"]
 
 
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("diagnose", "has no effect: the selection is deterministic"),
+        ("identify", "(default: 0)"),
+        ("demo", "(default: 1)"),
+        ("simulate", "(default: the scenario's)"),
+        ("calibrate", "a square's side (default: 10)"),
+    ],
+)
+def test_help_says_what_holds_without_an_option(
+    command: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, "--help"]) == 0
+    assert words in " ".join(capsys.readouterr().out.split())
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_script_of_a_shell(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0

@@ -131,7 +131,12 @@ def test_the_error_on_a_recording_is_measured(card: Path, tmp_path: Path) -> Non
     [
         (["--to", "contorl"], "did you mean control?"),
         (["--to", "csv", "--transform", "euler"], "tustin, zoh, matched"),
+        (["--to", "csv", "--transform", "euler"], "transform (--transform on the command line)"),
         (["--to", "csv", "--sample-time", "0"], "1e-05 to 1 s"),
+        (
+            ["--to", "csv", "--sample-time", "0"],
+            "sample_time_s (--sample-time on the command line)",
+        ),
         (["--to", "csv", "--sample-time", "x"], "is no number"),
         (["--to", "csv", "--on", "nothing"], "nothing"),
         ([], "--to"),

@@ -134,39 +134,37 @@ def _near(scene: TurningScene) -> float:
     return float(max(_NEAR_RAD, _NEAR_PX / scene.view.rows))
 
 
-def contradiction(
-    evidence: Evidence, pointed: bool, limits: VerificationLimits = LIMITS
-) -> str | None:
+def contradiction(evidence: Evidence, pointed: bool) -> str | None:
     """Why the frames contradict a track, as the middle of a sentence; None where they confirm it.
 
     ``pointed``: the user pointed at the part, so that other things may move more.
     """
-    if evidence.found < limits.least_found:
+    if evidence.found < LIMITS.least_found:
         return f"the part was found in only {evidence.found:.0%} of the frames"
-    if evidence.sigmas < limits.least_sigmas:
+    if evidence.sigmas < LIMITS.least_sigmas:
         return (
             f"the part moves by only {evidence.sigmas:.2g} sigma of its angle, which is no motion"
         )
-    if evidence.explained < limits.least_explained:
+    if evidence.explained < LIMITS.least_explained:
         return (
             "the part turned by the angles found explains only "
             f"{max(evidence.explained, 0.0):.0%} of what changes where it passes"
         )
-    if evidence.agreement < limits.least_agreement:
+    if evidence.agreement < LIMITS.least_agreement:
         return (
             "a search over all angles confirms the angle in only "
             f"{evidence.agreement:.0%} of the frames"
         )
-    if evidence.pairs < limits.least_pairs:
+    if evidence.pairs < LIMITS.least_pairs:
         return (
             "what changes from frame to frame turns by the difference of the angles in only "
             f"{evidence.pairs:.0%} of the pairs"
         )
-    if evidence.filmed < limits.least_filmed:
+    if evidence.filmed < LIMITS.least_filmed:
         return (
             "what turns stands still in the pictures as they were filmed, so it is the background, "
             "and the part was taken to turn with the camera"
         )
-    if not pointed and evidence.share < limits.least_share:
+    if not pointed and evidence.share < LIMITS.least_share:
         return f"the part found makes up only {evidence.share:.0%} of what moves in the picture"
     return None

@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 
 from servosight.app.arguments import add_force, add_seed, any_path
-from servosight.app.terminal import check_target, console, made, progress, show_diagnosis
+from servosight.app.experiment import REPORT, check_written, diagnosed, write_found
+from servosight.app.terminal import check_target, console, progress
 from servosight.models.base import Kind
 
-WRITTEN = {"model.toml": Kind.MODEL, "diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
+CARD = "model.toml"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -28,35 +29,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write recording/, model.toml, diagnosis.json and report.html."""
-    from servosight.app.report import write_report
-    from servosight.diagnose import diagnose
-    from servosight.models.base import json_text, write_text
-    from servosight.models.effects import catalogue
     from servosight.scenarios.draws import hidden
     from servosight.scenarios.produce import produce
-    from servosight.sources import read
 
-    card, diagnosis, report = (args.output / name for name in WRITTEN)
     if args.output.is_dir():
-        for name, kind in WRITTEN.items():
-            check_target(args.output / name, kind, force=args.force)
+        check_target(args.output / CARD, Kind.MODEL, force=args.force)
+        check_written(args.output, force=args.force)
     out = console(args)
     place = args.output / "recording"
     scenario = hidden(args.seed)
     out.print(f"1. A servo with a hidden effect moves a fin and is filmed (seed {args.seed}).")
     with progress("filming") as show:
         produce(scenario, place, lambda done, total: show("frames", done, total), force=args.force)
-    out.print("2. The camera measures the fin's angle.")
-    with progress("tracking") as show:
-        recording = read(place, progress=show)
-    out.print("3. The model is compared with the measurement: what is missing?")
-    with progress("diagnosing") as show:
-        result = diagnose([recording], catalogue=catalogue(), auto=True, progress=show)
-    values = result.to_dict()
-    result.actuator.save(card)
-    write_text(diagnosis, json_text(values))
-    with progress("writing the report"):
-        write_report(report, result, [recording], **made(args))
-    show_diagnosis(out, values)
+    recording, result = diagnosed(place, "fin", out)
+    result.actuator.save(args.output / CARD)
+    write_found(args.output, result, [recording], args, out)
     out.print(f"4. What was hidden: {', '.join(scenario.effects)}.")
-    out.print(f"5. Open {report} in a browser.")
+    out.print(f"5. Open {args.output / REPORT} in a browser.")

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from servosight.app.terminal import Shown, check_target, console, made, progress, show_diagnosis
-from servosight.models.base import Kind
+from servosight.app.experiment import REPORT, check_written, write_found
+from servosight.app.terminal import Shown, console, progress
+from servosight.scenarios.durations import EXPERIMENT_S, check_duration
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from servosight.scenarios.bench_experiment import Zero
-
-WRITTEN = {"diagnosis.json": Kind.JSON, "report.html": Kind.HTML}
 
 
 def run(args: argparse.Namespace) -> None:
@@ -23,22 +22,19 @@ def run(args: argparse.Namespace) -> None:
 
 def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
     """The whole experiment; ``zero`` where the slow run before it has been made and shown."""
-    from servosight.app.commands.bench import wanted
-
-    wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._check import show_lines
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
-    from servosight.app.report import write_report
     from servosight.bench.session import check_camera, check_servo, check_surface, run_words
-    from servosight.models.base import json_text, make_folder, write_text
+    from servosight.models.base import make_folder
     from servosight.models.core import InputError
     from servosight.scenarios.bench_experiment import carry_out
 
+    duration_s = EXPERIMENT_S if args.duration is None else args.duration
+    check_duration(duration_s)
     check_armed(args)
     out = console(args)
     make_folder(args.output)
-    for name, kind in WRITTEN.items():
-        check_target(args.output / name, kind, force=args.force)
+    check_written(args.output, force=args.force)
 
     with opened_camera(args) as camera, opened_servo(args) as servo:
         lines = [*check_camera(camera), *check_servo(servo)]
@@ -52,7 +48,7 @@ def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
                 servo,
                 camera,
                 args.output,
-                duration_s=args.duration,
+                duration_s=duration_s,
                 seed=args.seed,
                 zero=zero,
                 ask=lambda question: _agreed(question, out, show, yes=args.yes),
@@ -65,11 +61,8 @@ def experiment(args: argparse.Namespace, zero: Zero | None = None) -> None:
     for one in trial.runs:
         for words in run_words(one):
             out.print(words)
-    values = trial.diagnosis.to_dict()
-    write_text(args.output / "diagnosis.json", json_text(values))
-    write_report(args.output / "report.html", trial.diagnosis, list(trial.recordings), **made(args))
-    show_diagnosis(out, values)
-    out.print(f"Open {args.output / 'report.html'} in a browser.")
+    write_found(args.output, trial.diagnosis, list(trial.recordings), args, out)
+    out.print(f"Open {args.output / REPORT} in a browser.")
 
 
 def _agreed(question: str, out: Console, show: Shown, *, yes: bool) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from servosight.app.arguments import refuse_without
 from servosight.app.terminal import console
 
 _FRAMES = 90
@@ -11,12 +12,13 @@ _FRAMES = 90
 
 def run(args: argparse.Namespace) -> None:
     """A line for each camera, or the measured rate of ``--camera``."""
-    from servosight.app.commands.bench._devices import opened_camera
+    from servosight.app.commands.bench._devices import opened_camera, stated_of
     from servosight.bench.camera import list_cameras
     from servosight.bench.session import measure_camera
 
     out = console(args)
     if args.camera is None:
+        refuse_without("--camera ADDRESS", stated_of(args))
         found = list_cameras()
         for one in found:
             out.print(str(one))

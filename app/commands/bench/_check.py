@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
+from servosight.app.arguments import refuse_without
 from servosight.app.terminal import console
 
 if TYPE_CHECKING:
@@ -20,13 +21,23 @@ def run(args: argparse.Namespace) -> None:
 
     Nothing moves without ``--arm``; with it the surface is looked for in the picture.
     """
-    from servosight.app.commands.bench import wanted
-    from servosight.app.commands.bench._devices import opened_camera, opened_servo
+    from servosight.app.commands.bench._devices import (
+        limited_of,
+        opened_camera,
+        opened_servo,
+        stated_of,
+    )
     from servosight.bench.session import Line, check_camera, check_servo, check_surface
     from servosight.models.core import InputError
 
+    if args.servo is None and args.camera is None:
+        raise InputError("bench check: needs --camera ADDRESS or --servo ADDRESS; add one or both")
+    if args.camera is None:
+        refuse_without("--camera ADDRESS", stated_of(args))
     if args.servo is None:
-        wanted(args, "camera")
+        refuse_without("--servo ADDRESS", limited_of(args))
+    if args.camera is None or args.servo is None:
+        refuse_without("both --camera and --servo", {"--arm": args.arm})
     out = console(args)
     lines: list[Line] = []
     with ExitStack() as stack:

@@ -7,24 +7,26 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from servosight.bench.camera import Given, OpenCamera, open_camera
-from servosight.bench.safety import Limits
+from servosight.bench.safety import LIMIT_OPTIONS, Limits
 from servosight.bench.servo import SupervisedServo, open_servo
 from servosight.models.core import InputError
 
-_LIMITS = {
-    "low": "low_deg",
-    "high": "high_deg",
-    "neutral": "neutral_deg",
-    "rate": "rate_deg_s",
-    "acceleration": "acceleration_deg_s2",
-    "longest": "duration_s",
-}
+
+def stated_of(args: argparse.Namespace) -> dict[str, object]:
+    """The options that state something of a camera, with their values."""
+    return {f"--{name}": getattr(args, name) for name in ("exposure", "readout", "stamp")}
+
+
+def limited_of(args: argparse.Namespace) -> dict[str, float | None]:
+    """The options that limit a servo, with their values."""
+    return {option: getattr(args, option[2:]) for option in LIMIT_OPTIONS.values()}
 
 
 def limits_of(args: argparse.Namespace) -> Limits:
     """The limits that the options give."""
-    given = {key: getattr(args, name) for name, key in _LIMITS.items()}
-    return Limits(**{key: value for key, value in given.items() if value is not None})
+    given = limited_of(args)
+    named = {key: given[option] for key, option in LIMIT_OPTIONS.items()}
+    return Limits(**{key: value for key, value in named.items() if value is not None})
 
 
 def given_of(args: argparse.Namespace) -> Given:

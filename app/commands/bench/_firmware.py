@@ -13,9 +13,6 @@ _PORT = "/dev/ttyUSB0"
 
 def run(args: argparse.Namespace) -> None:
     """Source, program and the line that writes it; nothing is sent to a board."""
-    from servosight.app.commands.bench import wanted
-
-    wanted(args, "output")
     from servosight.bench.firmware import FIRMWARE_FILES, build_firmware
     from servosight.models.core import new_folder
 

@@ -9,9 +9,6 @@ from servosight.app.terminal import console, next_command
 
 def run(args: argparse.Namespace) -> None:
     """One run; a recording that broke off is kept, and the reason is the error."""
-    from servosight.app.commands.bench import wanted
-
-    wanted(args, "excitation", "output", "servo", "camera")
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
     from servosight.bench.session import run, run_words
     from servosight.models.core import InputError

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import argparse
 
+from servosight.app.arguments import refuse_without
 from servosight.app.terminal import console
 
 
 def run(args: argparse.Namespace) -> None:
     """A line for each port, or the readings of ``--servo``; nothing moves."""
-    from servosight.app.commands.bench._devices import opened_servo
+    from servosight.app.commands.bench._devices import limited_of, opened_servo
     from servosight.bench.servo import servo_kinds
     from servosight.bench.session import reading_words, serial_ports
 
     out = console(args)
     if args.servo is None:
+        refuse_without("--servo ADDRESS", limited_of(args))
         ports = serial_ports()
         for port in ports:
             out.print(port)

@@ -10,9 +10,6 @@ from servosight.models.base import Kind
 
 def run(args: argparse.Namespace) -> None:
     """Write the page as a PNG file of A4."""
-    from servosight.app.commands.bench import wanted
-
-    wanted(args, "output")
     check_target(args.output, Kind.PNG, force=args.force)
     from servosight.bench.target import BAR_MM, target_png
     from servosight.models.base import marked_png, write_bytes

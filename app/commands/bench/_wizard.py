@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from servosight.app.commands.bench import _questions as questions
+from servosight.app.commands.bench._options import LIMITS
 from servosight.models.base import InputError
+from servosight.scenarios.durations import EXPERIMENT_S, LONGEST_S, SHORTEST_S
 
 if TYPE_CHECKING:
     from servosight.bench.camera import FoundCamera
@@ -40,6 +42,8 @@ _KEYS: dict[str, tuple[tuple[str, str, str, float, float], ...]] = {
     ),
 }
 _LIGHTS = {"dynamixel": ("led", "dtr", "rts"), "feetech": ("dtr", "rts")}
+_NUMBERS = ("exposure", "readout", *LIMITS, "duration", "seed")
+"""Options of ``bench auto`` that take a number."""
 _NONE = "none"
 _USUAL_HZ = 60.0
 
@@ -52,6 +56,8 @@ def run(args: argparse.Namespace) -> None:
         f"{questions.END} ends it at any question, and Ctrl-C at any time: the servo then goes to "
         "neutral and its torque off."
     )
+    # What is asked for later.
+    args.low = args.high = args.rate = args.duration = args.output = None
     args.arm = False
     try:
         _servo(args)
@@ -184,7 +190,12 @@ def _limits(args: argparse.Namespace) -> None:
     )
     args.rate = float(rate) or None
     args.duration = float(
-        questions.number("How long shall the servo move, in seconds?", "20", 4.0, 120.0)
+        questions.number(
+            "How long shall the servo move, in seconds?",
+            f"{EXPERIMENT_S:g}",
+            SHORTEST_S,
+            LONGEST_S,
+        )
     )
     args.output = Path(questions.ask("Which folder shall the results go to?", _free(FOLDER)))
 
@@ -252,9 +263,12 @@ def _free(name: str) -> str:
 
 
 def _again(args: argparse.Namespace) -> str:
+    """The command that does the same, with every option that was given or asked for."""
     words = ["servosight", "bench", "auto", "-o", f"{args.output}-again", "--arm"]
-    words += ["--servo", args.servo, "--camera", args.camera, f"--low={args.low:g}"]
-    words += [f"--high={args.high:g}", "--duration", f"{args.duration:g}"]
-    words += ["--rate", f"{args.rate:g}"] if args.rate is not None else []
-    words += ["--exposure", f"{args.exposure:g}"] if args.exposure is not None else []
+    words += [f"--{name}" for name in ("yes", "force") if getattr(args, name)]
+    for name in ("servo", "camera", "stamp", *_NUMBERS):
+        value = getattr(args, name)
+        if value is not None:
+            # Joined to its option, so that a number below zero is not taken for one.
+            words.append(f"--{name}={value:.12g}" if name in _NUMBERS else f"--{name}={value}")
     return shlex.join(words)

@@ -18,9 +18,6 @@ def run(args: argparse.Namespace) -> None:
 
 def found(args: argparse.Namespace) -> Zero:
     """The same, and say it."""
-    from servosight.app.commands.bench import wanted
-
-    wanted(args, "output", "servo", "camera")
     from servosight.app.commands.bench._devices import check_armed, opened_camera, opened_servo
     from servosight.scenarios.bench_experiment import find_zero
 

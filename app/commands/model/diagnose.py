@@ -101,7 +101,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="write a law for the error that no effect explains, as a plugin file",
     )
     add_fmu(parser)
-    add_seed(parser)  # kept for scripts: the selection is deterministic
+    add_seed(parser, words="has no effect: the selection is deterministic; accepted for scripts")
     add_model_output(parser)
     add_json(parser)
     add_report(parser)

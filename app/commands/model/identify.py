@@ -19,6 +19,7 @@ from servosight.app.arguments import (
     fmu_names,
     identifiers,
     plugins_again,
+    refuse_with,
     refuse_without,
 )
 from servosight.app.completion import with_effects
@@ -48,7 +49,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        default="combination",
         help="combination (genetic algorithm and particle swarm, default), ga, pso or gradient",
     )
     parser.add_argument(
@@ -66,7 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_fmu(parser)
     add_fixed(parser)
-    add_seed(parser)
+    add_seed(parser, default=None, words="seed of the random numbers (default: 0)")
     add_model_output(parser)
     add_json(parser)
     add_plugins(parser)
@@ -85,7 +85,8 @@ def run(args: argparse.Namespace) -> None:
         _run_fmu(args)
         return
     refuse_without("--model MODEL.fmu", {"--parameters": args.parameters, **fmu_names(args)})
-    check_method(args.method)
+    method = args.method or "combination"
+    check_method(method)
     effects = catalogue(args.plugin)
     chosen = select(effects, args.effects)
     recordings = load(args.recordings, args)
@@ -94,8 +95,8 @@ def run(args: argparse.Namespace) -> None:
             recordings,
             chosen,
             catalogue=effects,
-            method=args.method,
-            seed=args.seed,
+            method=method,
+            seed=args.seed or 0,
             fix=fixed(args),
         )
     if args.output is not None:
@@ -126,6 +127,8 @@ def _run_fmu(args: argparse.Namespace) -> None:
     from servosight.models.base import InputError
     from servosight.models.effects import catalogue
 
+    # The search of an FMU's parameters is a local one, without random numbers.
+    refuse_with("--model MODEL.fmu", {"--method": args.method, "--seed": args.seed})
     if args.output is not None:
         raise InputError(
             f"{args.model}: -o is for a model card, which cannot hold an FMU, expected none with "

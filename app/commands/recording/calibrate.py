@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from servosight.app.arguments import add_force, any_path
+from servosight.app.arguments import add_force, any_path, number, whole
 from servosight.app.terminal import check_outputs, console
 from servosight.models.base import Kind
 
@@ -24,12 +24,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--board",
         choices=("checkerboard", "aruco"),
         default="checkerboard",
-        help="what was filmed; aruco is a ChArUco board of 4x4 markers",
+        help="what was filmed; aruco is a ChArUco board of 4x4 markers (default: checkerboard)",
     )
-    parser.add_argument("--columns", type=int, required=True, help="squares in a row")
-    parser.add_argument("--rows", type=int, required=True, help="squares in a column")
+    for name, words in (("columns", "squares in a row"), ("rows", "squares in a column")):
+        parser.add_argument(f"--{name}", metavar="N", type=whole, required=True, help=words)
     parser.add_argument(
-        "--square-mm", metavar="MM", type=float, default=10.0, help="a square's side"
+        "--square-mm",
+        metavar="MM",
+        type=number,
+        default=10.0,
+        help="a square's side (default: 10)",
     )
     parser.add_argument(
         "--plane", metavar="IMAGE", type=any_path, help="the board lying in the surface's plane"

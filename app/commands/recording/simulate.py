@@ -34,12 +34,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="ID.param=VALUE",
         action="append",
         default=[],
-        help="set a parameter of it, such as backlash.gap=1.5, or the servo's own k, T, xi, bias",
+        help="set a parameter of an effect, such as backlash.gap=1.5, which adds the effect; or of "
+        "the servo itself: k, T, xi or bias (may be repeated)",
     )
     parser.add_argument(
         "--video", action="store_true", help="film the servo: write a video instead of angles"
     )
-    add_seed(parser, default=None)
+    words = "seed of the random numbers (default: the scenario's)"
+    add_seed(parser, default=None, words=words)
     parser.add_argument(
         "-o", "--output", metavar="REC", type=any_path, required=True, help="folder to write"
     )

@@ -18,6 +18,7 @@ from servosight.app.arguments import (
     point,
     rank,
     refuse_without,
+    whole,
 )
 from servosight.app.terminal import check_outputs, check_target, console, progress, write_json
 from servosight.models.base import Kind
@@ -60,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--id",
         metavar="N",
-        type=int,
+        type=whole,
         help="the marker's number (default: that of the marker that moves farthest)",
     )
     _add_hints(parser)

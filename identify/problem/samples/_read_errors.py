@@ -33,9 +33,7 @@ from servosight.identify.problem.samples._wrong_runs import (
 from servosight.models.core import Array, Mask, Recording, views
 
 
-def usable_views(
-    recordings: Sequence[Recording], limits: ReadErrorLimits = LIMITS
-) -> tuple[list[Recording], list[str]]:
+def usable_views(recordings: Sequence[Recording]) -> tuple[list[Recording], list[str]]:
     """Recordings and their horns' (see ``views``) without faults of the bus, and what was left out.
 
     One sentence for each kind of fault in each recording, behind those on how a log was read; and
@@ -44,11 +42,11 @@ def usable_views(
     found, notes = [], setup_doubts(recordings)
     for recording in views(recordings):
         notes += [note for note in recording.notes if recording.side != "horn"]
-        reads = judged_reads(recording, limits)
+        reads = judged_reads(recording)
         wrong = reads.wrong
         kept = without(recording, wrong)
         old = np.zeros(recording.time_s.size, dtype=bool)
-        old[~wrong] = old_values(kept, limits) | held_values(kept, limits)
+        old[~wrong] = old_values(kept) | held_values(kept)
         found.append(without(recording, wrong | old))
         for which, what in (
             (wrong, "read errors, which jump away and back faster than the servo ever moves,"),

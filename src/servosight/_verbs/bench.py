@@ -14,6 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from servosight.scenarios.durations import EXPERIMENT_S, REHEARSAL_S, check_duration
+
 if TYPE_CHECKING:
     from servosight.bench.camera import FoundCamera, Given
     from servosight.bench.safety import Limits
@@ -119,7 +121,7 @@ def auto(
     servo: str,
     camera: str,
     arm: bool = False,
-    duration_s: float = 20.0,
+    duration_s: float = EXPERIMENT_S,
     seed: int = 0,
     limits: Limits | None = None,
     given: Given | None = None,
@@ -127,6 +129,8 @@ def auto(
     force: bool = False,
 ) -> BenchExperiment:
     """Zero, run, track and diagnose; ``ask`` decides on each further experiment that is proposed.
+
+    The command lasts ``duration_s``, 4 to 120 s.
 
     >>> import servosight as ss
     >>> ss.bench.auto("out", servo="maestro:/dev/none", camera="none.mkv")
@@ -141,6 +145,7 @@ say so with arm=True
     from servosight.scenarios.bench_experiment import carry_out
 
     _check_armed("auto", arm)
+    check_duration(duration_s)
     with closing(open_camera(camera, given)) as film, closing(open_servo(servo, limits)) as driven:
         return carry_out(
             driven, film, Path(folder), duration_s=duration_s, seed=seed, ask=ask, force=force
@@ -152,10 +157,12 @@ def rehearse(
     *,
     seed: int = 1,
     kind: Literal["board", "dynamixel", "feetech", "maestro"] = "dynamixel",
-    duration_s: float = 10.0,
+    duration_s: float = REHEARSAL_S,
     force: bool = False,
 ) -> tuple[Recording, dict[str, Any]]:
     """A recording of a virtual servo before a virtual camera on the wire, and what is hidden.
+
+    The command lasts ``duration_s``, 4 to 120 s.
 
     >>> import servosight as ss
     >>> from servosight.scenarios.rehearsal import Rehearsal
@@ -166,6 +173,7 @@ def rehearse(
     from servosight.scenarios.rehearsal import rehearse as record
     from servosight.sources import read
 
+    check_duration(duration_s)
     drawn = Rehearsal.drawn(seed, kind)
     record(drawn, Path(folder), duration_s, force=force)
     return read(Path(folder)), drawn.truth()

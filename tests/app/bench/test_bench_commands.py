@@ -15,6 +15,9 @@ from servosight.app.main import main
 from servosight.bench.wire import MjpegServer, ServedFrame
 from servosight.models.excitation import standard
 
+DEVICES = ("--servo", "maestro:/dev/none", "--camera", "none.mkv")
+AUTO = ("auto", "-o", "x", *DEVICES)
+
 
 @pytest.fixture
 def camera() -> Iterator[str]:
@@ -74,21 +77,68 @@ def test_nothing_moves_without_arm(capsys: pytest.CaptureFixture[str], tmp_path:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (["jump"], "no action of the bench"),
+        (["jump"], "invalid choice: 'jump'"),
+        (["rehears"], "did you mean rehearse?"),
         (["check"], "needs --camera"),
-        (["run"], "needs EXCITATION"),
+        (["run"], "required: EXCITATION, -o/--output, --servo, --camera"),
         (["rehearse"], "needs -o"),
-        (["rehearse", "-o", "x", "--duration", "2"], "expected 4 to 60 seconds"),
+        (["rehearse", "-o", "x", "--duration", "2"], "expected 4 to 120 seconds"),
+        ([*AUTO, "--duration", "121"], "expected 4 to 120 seconds"),
+        (["target", "-o", "x", "--servo", "maestro:x"], "unrecognized arguments: --servo"),
+        (["cameras", "-o", "x"], "unrecognized arguments: -o"),
+        (["cameras", "--seed", "4"], "unrecognized arguments: --seed"),
+        (["servos", "--camera", "x"], "unrecognized arguments: --camera"),
+        (["check", "--servo", "maestro:x", "--force"], "see `servosight bench check --help`"),
+        (["zero", "-o", "x", "--duration", "9", *DEVICES], "unrecognized arguments: --duration"),
+        (["run", "a.csv", "-o", "x", "--yes", *DEVICES], "unrecognized arguments: --yes"),
+        ([*AUTO, "--kind", "board"], "unrecognized arguments: --kind"),
+        (["wizard", "--low", "-5"], "unrecognized arguments: --low"),
+        (["firmware", "-o", "x", "--low", "3"], "unrecognized arguments: --low"),
+        (["rehearse", "-o", "x", "--camera", "x"], "unrecognized arguments: --camera"),
+        (["rehearse", "--serve", "-o", "x"], "-o has no effect with --serve"),
+        (["rehearse", "--serve", "--duration", "9"], "--duration has no effect with --serve"),
+        (["cameras", "--exposure", "0.01"], "--exposure has no effect here, expected --camera"),
+        (["servos", "--low", "-5"], "--low has no effect here, expected --servo ADDRESS"),
+        (["check", "--camera", "x", "--low", "-5"], "expected --servo ADDRESS beside it"),
+        (["check", "--servo", "x", "--stamp", "arrival"], "expected --camera ADDRESS beside it"),
+        (["check", "--servo", "x", "--arm"], "expected both --camera and --servo"),
         (["check", "--camera", "http://127.0.0.1:9/"], "does not answer"),
         (["servos", "--servo", "maestro:/dev/none"], "/dev/none"),
-        (["check", "--camera", "x", "--exposure", "7"], "exposure_s"),
-        (["check", "--servo", "maestro:/dev/none", "--low", "50"], "low_deg"),
+        (
+            ["check", "--camera", "x", "--exposure", "7"],
+            "exposure_s (--exposure on the command line) is 7",
+        ),
+        (
+            ["check", "--servo", "maestro:/dev/none", "--low", "50"],
+            "low_deg (--low on the command line) is 50",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_sentence(
     capsys: pytest.CaptureFixture[str], line: list[str], words: str
 ) -> None:
     assert words in complaint(capsys, line)
+
+
+def test_the_command_may_stand_behind_the_options(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    line = ["run", "-o", str(tmp_path / "rec"), *DEVICES, str(tmp_path / "command.csv")]
+    assert "no such file" in complaint(capsys, line)
+
+
+@pytest.mark.parametrize(
+    ("action", "used", "other"),
+    [("run", "EXCITATION", "--seed"), ("target", "FILE.png", "--low"), ("auto", "20", "--kind")],
+)
+def test_the_help_of_an_action_names_what_it_uses(
+    capsys: pytest.CaptureFixture[str], action: str, used: str, other: str
+) -> None:
+    assert main(["bench", action, "--help"]) == 0
+    said = capsys.readouterr().out
+    assert f"usage: servosight bench {action} " in said
+    assert used in said
+    assert other not in said
 
 
 @pytest.mark.parametrize("line", ["rehearse", "auto --arm --servo maestro:x --camera x.mp4"])
@@ -125,13 +175,13 @@ def test_the_page_to_print_is_written(tmp_path: Path, capsys: pytest.CaptureFixt
     mine = tmp_path / "mine.png"
     mine.write_bytes(b"mine")
     assert "mine.png" in complaint(capsys, ["target", "-o", str(mine)])
-    assert "needs -o FILE.png" in complaint(capsys, ["target"])
+    assert "required: -o" in complaint(capsys, ["target"])
 
 
 def test_the_firmware_needs_its_compiler(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "needs -o" in complaint(capsys, ["firmware"])
+    assert "required: -o" in complaint(capsys, ["firmware"])
     monkeypatch.setenv("PATH", str(tmp_path))
     line = ["firmware", "-o", str(tmp_path / "new")]
     assert "install the packages gcc-avr" in complaint(capsys, line)

@@ -119,11 +119,9 @@ def test_auto_asks_leave_to_run_what_decides(
     monkeypatch.setattr(import_module("servosight.sources"), "read", made)
     report = lambda path, *result, **how: Path(path).write_text("report")  # noqa: E731
     monkeypatch.setattr(import_module("servosight.app.report"), "write_report", report)
-    monkeypatch.setattr(
-        import_module("servosight.app.commands.bench._auto"), "show_diagnosis", print
-    )
+    monkeypatch.setattr(import_module("servosight.app.experiment"), "show_diagnosis", print)
     monkeypatch.setattr("sys.stdin", io.StringIO(answer))
-    line = ["bench", "auto", "--arm", "-o", str(tmp_path / "out"), "--duration", "3"]
+    line = ["bench", "auto", "--arm", "-o", str(tmp_path / "out"), "--duration", "4"]
     assert main([*line, *devices(bench)]) == 0
     said = capsys.readouterr().out
     assert "NO  " not in said

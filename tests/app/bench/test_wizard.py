@@ -7,9 +7,10 @@ import io
 import os
 import pty
 import select
+import shlex
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -19,6 +20,7 @@ import pytest
 from support.wires import STAND_INS
 
 from servosight.app.main import main
+from servosight.app.parser import parser
 from servosight.bench.camera import FoundCamera, open_camera
 from servosight.bench.servo import open_servo
 from servosight.bench.wire import MjpegServer, ServedFrame, VirtualClock, Wire
@@ -61,11 +63,11 @@ def camera() -> Iterator[str]:
 @pytest.fixture
 def typed(
     camera: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Callable[[str, list[str]], int]]:
+) -> Iterator[Callable[..., int]]:
     """Start the wizard before a virtual servo of a kind, with lines typed into it."""
     wires: list[Wire] = []
 
-    def start(kind: str, lines: list[str]) -> int:
+    def start(kind: str, lines: list[str], options: Sequence[str] = ()) -> int:
         wire = Wire(STAND_INS[kind]())
         wires.append(wire)
         clock = VirtualClock([wire])
@@ -76,7 +78,7 @@ def typed(
         text = "".join(f"{words.get(line, line)}\n" for line in lines)
         monkeypatch.setattr("sys.stdin", Terminal(text))
         monkeypatch.chdir(tmp_path)
-        code = main(["bench", "wizard"])
+        code = main(["bench", "wizard", *options])
         assert not wire.servo.torque
         return code
 
@@ -108,7 +110,7 @@ def moves(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, argparse.Namespace
 @pytest.mark.parametrize("kind", list(STAND_INS))
 def test_the_questions_lead_to_the_experiment(
     kind: str,
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     moves: list[tuple[str, argparse.Namespace]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -129,8 +131,28 @@ def test_the_questions_lead_to_the_experiment(
     assert "servosight bench auto -o results-again --arm" in said.out
 
 
+def test_the_command_that_does_the_same_has_every_option(
+    typed: Callable[..., int],
+    moves: list[tuple[str, argparse.Namespace]],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    given = "--neutral=-1.5 --acceleration 20000 --longest 60 --readout 0.0123456789"
+    given += " --stamp frame_end --seed 5 --yes --force"
+    limits = ["-30", "25.25", "400", "12", "results"]
+    assert typed("feetech", [*ANSWERS["feetech"], *CAMERA, *limits, "arm", ""], given.split()) == 0
+    _, (_, done) = moves
+    line = capsys.readouterr().out.split("The same again, without questions: ")[1]
+    again = parser().parse_args(shlex.split(line)[1:])
+    assert again.output == Path("results-again")
+    kept = {name: value for name, value in vars(done).items() if name in vars(again)}
+    for name in ("output", "command_line"):
+        kept.pop(name, None)
+    assert {name: vars(again)[name] for name in kept} == kept
+    assert (again.neutral, again.seed, again.stamp, again.rate) == (-1.5, 5, "frame_end", 400.0)
+
+
 def test_nothing_moves_without_the_word(
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     moves: list[tuple[str, argparse.Namespace]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -143,7 +165,7 @@ def test_nothing_moves_without_the_word(
 @pytest.mark.parametrize("count", range(13))
 def test_it_can_be_ended_at_each_question(
     count: int,
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     moves: list[tuple[str, argparse.Namespace]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -155,7 +177,7 @@ def test_it_can_be_ended_at_each_question(
 
 
 def test_an_answer_that_cannot_be_is_asked_again(
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     moves: list[tuple[str, argparse.Namespace]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -179,7 +201,7 @@ def test_an_answer_that_cannot_be_is_asked_again(
 
 
 def test_a_check_that_fails_is_repeated_until_all_is_in_order(
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     moves: list[tuple[str, argparse.Namespace]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -190,7 +212,7 @@ def test_a_check_that_fails_is_repeated_until_all_is_in_order(
 
 
 def test_a_mode_of_the_list_becomes_an_address(
-    typed: Callable[[str, list[str]], int],
+    typed: Callable[..., int],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -100,7 +100,7 @@ def test_the_stiffness_scales_torques_and_leaves_the_motion(tmp_path: Path) -> N
         np.testing.assert_allclose(getattr(other, name), 20.0 * getattr(one, name), rtol=1e-12)
     # Friction of 0.5 deg of position error at 20 N m/rad.
     assert other.dof_frictionloss[0] == pytest.approx(20.0 * np.radians(0.5))
-    with pytest.raises(ss.InputError, match="--stiffness 0"):
+    with pytest.raises(ss.InputError, match=r"stiffness_nm_rad \(--stiffness .*\) is 0"):
         export_model(servo, "mjcf", soft, options=ExportOptions(stiffness_nm_rad=0.0))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -113,11 +111,6 @@ def test_vignetting_is_round_about_the_axis() -> None:
     assert falloff.max() == pytest.approx(1.0, abs=1e-5)
     assert falloff[239, 549] == pytest.approx(0.92, abs=0.002)
     assert falloff[239, 229 - 150] == pytest.approx(falloff[239 - 150, 229], abs=1e-3)
-
-
-def test_settings_are_values() -> None:
-    assert replace(Optics(), gain=0.0).gain == 0.0
-    assert Optics() == Optics()
 
 
 def test_photon_transfer_gives_the_gain() -> None:
