@@ -169,7 +169,8 @@ def _blocks(recording: Recording, choice: int, apart: bool) -> Uses:
             found.append(_with_test(recording, held & ~odd, held & odd))
         else:
             found.append(_with_test(recording, held, np.zeros_like(held)))
-    usable = [uses for uses in found if np.any(uses != FIT)] or found[:1]
+    long = [uses for uses in found if _lasts_s(recording, uses != FIT) >= SHORTEST_TEST_S]
+    usable = long or [uses for uses in found if np.any(uses != FIT)] or found[:1]
     tested = [uses for uses in usable if np.any(uses == TEST)] or usable
     ranked = sorted(tested, key=lambda uses: _unseen(recording, uses == FIT))
     return ranked[min(choice, len(ranked) - 1)]
@@ -179,10 +180,13 @@ def _with_test(recording: Recording, validation: Mask, test: Mask) -> Uses:
     """Uses of the samples; where the test would be too short it validates as well."""
     uses = np.full(recording.time_s.size, FIT, dtype=np.int8)
     uses[validation] = VALIDATION
-    step_s = float(np.median(np.diff(recording.time_s)))
-    enough = test.sum() * step_s >= SHORTEST_TEST_S
-    uses[test] = TEST if enough else VALIDATION
+    uses[test] = TEST if _lasts_s(recording, test) >= SHORTEST_TEST_S else VALIDATION
     return uses
+
+
+def _lasts_s(recording: Recording, some: Mask) -> float:
+    """How long some of the samples (samples,) last together [s]."""
+    return float(some.sum() * np.median(np.diff(recording.time_s)))
 
 
 def _unseen(recording: Recording, fitted: Mask) -> float:

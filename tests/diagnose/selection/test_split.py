@@ -84,6 +84,12 @@ def test_a_second_and_a_half_has_something_to_validate_on() -> None:
     assert set(Split.of([recording(0.9)]).uses[0]) == {FIT}
 
 
+def test_two_samples_at_the_end_are_no_block_to_validate_on() -> None:
+    """Two seconds and two samples: the block of a second is held out instead."""
+    split = Split.of([recording(2.03)])
+    assert np.sum(split.uses[0] == VALIDATION) >= 50
+
+
 def test_validation_recordings_alternate_between_validation_and_test() -> None:
     one, other = recording(5.0), recording(7.0, "other")
     split = Split.of([one], [other])
