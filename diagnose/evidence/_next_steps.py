@@ -30,6 +30,8 @@ STEPS = {
     "disturbance": "Fit a run with the known disturbance as well (effect known_disturbance), or "
     "fit and test on runs without it and compare the model with this run: what remains is what "
     "the disturbance moves.",
+    "stop": "Record commands that keep the servo away from its stop, or cut from the log what lies "
+    "at it: no model here has a stop.",
 }
 """The next step for what the error depends on most."""
 SHAPES = {

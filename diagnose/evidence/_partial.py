@@ -36,6 +36,7 @@ KINDS = {
     "frequency": "frequency",
     "command": "frequency",
     "disturbance": "disturbance",
+    "stop": "stop",
 }
 """What an error depends on, for each test that shows it."""
 WORDS = {
@@ -49,6 +50,7 @@ WORDS = {
     "load": "the load",
     "gain": "the gain of the loop",
     "disturbance": "the known disturbance",
+    "stop": "an end of the motion, as a mechanical stop",
 }
 DURING = {
     "reversal": ("at reversals", "history"),
@@ -76,8 +78,9 @@ class Unexplained(Frozen):
 
     ``share`` of the first model's squared error on test data is left above the floor.
     ``depends_on`` names what that depends on, most of it first: angle, speed, acceleration,
-    history, amplitude, time, frequency, load, gain. ``repeats``: whether most of it repeats where
-    the command does, None where no command was repeated. ``during`` is the share of the remaining
+    history, amplitude, time, frequency, load, gain, disturbance, stop. ``repeats``: whether most
+    of it repeats where the command does, None where no command was repeated. ``during`` is the
+    share of the remaining
     squared error in each kind of motion, the largest first, and ``worst`` the stretch of time that
     holds most of it. ``next_step``: what to record next. ``spread_deg`` is the rms change of the
     prediction of the test data where the parameters move within their covariance, and ``by_chance``
@@ -182,13 +185,14 @@ def taken(errors_deg: Sequence[float]) -> tuple[float, ...]:
 
 
 def _kinds(remaining: Sequence[Finding], judged: Sequence[Judged]) -> tuple[str, ...]:
-    """What the error depends on, by the largest share of it that a test shows."""
+    """What the error depends on, by the largest share of it that a test shows; a stop first, as the
+    data beside it are those of another servo."""
     shares: dict[str, float] = {}
     for finding in remaining:
         kind = KINDS.get(finding.test)
         if kind is not None:
             shares[kind] = max(shares.get(kind, 0.0), finding.share)
-    found = sorted(shares, key=lambda kind: -shares[kind])
+    found = sorted(shares, key=lambda kind: (kind != "stop", -shares[kind]))
     conditions = [
         kind
         for kind, name in (("load", "relative_load"), ("gain", "relative_gain"))

@@ -14,6 +14,7 @@ from servosight.diagnose.residuals._judged import EXPLAINED, Judged
 from servosight.diagnose.residuals.findings import _disturbance as disturbance_findings
 from servosight.diagnose.residuals.findings import _motion as motion_findings
 from servosight.diagnose.residuals.findings import _side as side_findings
+from servosight.diagnose.residuals.findings import _stops as stop_findings
 from servosight.diagnose.residuals.findings import _system as system_findings
 from servosight.diagnose.residuals.findings._finding import Case, Finding, shown
 from servosight.models.core import times
@@ -21,6 +22,7 @@ from servosight.models.core import times
 TESTS = (
     *side_findings.TESTS,
     *disturbance_findings.TESTS,
+    *stop_findings.TESTS,
     *motion_findings.TESTS,
     *system_findings.TESTS,
 )

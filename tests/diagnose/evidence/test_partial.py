@@ -111,6 +111,16 @@ def test_kinds_come_by_their_share_and_the_first_gives_the_next_step() -> None:
     assert said == found.next_step
 
 
+def test_a_stop_comes_first_however_little_of_the_error_is_at_it() -> None:
+    found = partial(
+        (1.0, 0.5), 0.03, [finding("angle", 0.6), finding("stop", 0.1)], [judged()], None
+    )
+    assert found.depends_on == ("stop", "angle")
+    assert "depends on an end of the motion, as a mechanical stop and the angle" in found.sentence
+    assert found.next_step is not None
+    assert "keep the servo away from its stop" in found.next_step
+
+
 @pytest.mark.parametrize("test", ["angle", "reversal", "frequency"])
 @pytest.mark.parametrize("offset_deg", [0.0, -30.0])
 def test_the_command_of_a_next_step_works_as_printed(
