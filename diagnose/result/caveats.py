@@ -59,8 +59,8 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     error = levels.words(last.held_out_rmse_deg)
     if levels.scatter_deg > levels.noise_deg:
         return [
-            f"the error on the test data is {error}, which chance allows, as few runs tell how far "
-            f"they differ; repeat the command more often to be sure"
+            f"the error on the test data is {error}, which chance allows, as the scatter between "
+            f"few runs is not known well; repeat the command more often to be sure"
         ]
     return [
         f"the error on the few test samples is {error}, which chance allows; record longer to be "
