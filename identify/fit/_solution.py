@@ -102,7 +102,7 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
     come to ``POLISH_BUDGET``: far from a minimum a little is gained each time.
     """
     begun = problem.work.simulations
-    if jumpy(problem).any():
+    if discontinuous(problem).any():
         starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     fit = _from_best(problem, starts, budget)
     for _ in problem.coordinates:
@@ -151,9 +151,9 @@ def _descent(problem: Problem, start: Array, wider: float = 0.0) -> LevenbergMar
     return LevenbergMarquardt(start, low, high, scale + wider * (scale + np.abs(start)))
 
 
-def jumpy(problem: Problem) -> Mask:
+def discontinuous(problem: Problem) -> Mask:
     """True for the coordinates with whose values a prediction jumps."""
-    return np.array([one.parameter.jumpy for one in problem.coordinates])
+    return np.array([one.parameter.discontinuous for one in problem.coordinates])
 
 
 def _smoothed(problem: Problem, starts: Iterable[Array], budget: int) -> list[Array]:
@@ -173,7 +173,7 @@ def _better(fit: Solution) -> Solution | None:
     neutral = _neutral(problem, outcome)
     if neutral is not None:
         return _from_best(problem, [neutral], POLISH_BUDGET)
-    if not jumpy(problem).any():
+    if not discontinuous(problem).any():
         return None
     for seed in range(_DRAWS):
         found = _from_best(problem, _moved(problem, outcome.point, seed), POLISH_BUDGET)
@@ -205,7 +205,7 @@ def _moved(problem: Problem, point: Array, seed: int) -> Array:
     The others go where the difference quotient has the prediction change least: one parameter
     alone seldom leaves a minimum that it shares with them.
     """
-    moved = jumpy(problem)
+    moved = discontinuous(problem)
     wide = _WIDE * np.maximum(np.abs(point), 1.0 / _WIDE)
     # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
     jacobian = np.nan_to_num(difference_quotient(problem, point, wide), posinf=0.0, neginf=0.0)

@@ -105,7 +105,7 @@ class Visited:
     def _is_smooth(self, name: str) -> bool:
         """False for an effect with whose parameters a prediction jumps: a fit with it costs many
         times one without, so what does without it is fitted first."""
-        return not any(one.jumpy for one in self.models.catalogue[name].parameters)
+        return not any(one.discontinuous for one in self.models.catalogue[name].parameters)
 
     def _ended(self, trial: Trial) -> Trial:
         """``trial`` fitted to its end, which is no worse than what it contains."""
