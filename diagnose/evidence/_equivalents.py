@@ -19,7 +19,7 @@ from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, S
 from servosight.models.effects import Effect, covered
 
 MOST_ERROR = 2.0
-"""A model with an error so many times as large is no other answer, however much that scatters."""
+"""A model whose error is larger by this factor is no other answer, however much that scatters."""
 
 
 def equivalents(

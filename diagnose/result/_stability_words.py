@@ -9,7 +9,7 @@ from servosight.diagnose.residuals import listed, phrased
 from servosight.diagnose.result._diagnosis import LadderStep
 
 MOST_MODELS = 4
-"""So many other models are listed."""
+"""Number of other models that are listed."""
 
 
 def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:

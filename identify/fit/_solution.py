@@ -25,13 +25,13 @@ POLISH_BUDGET = 4_000
 FIRST_GENERATIONS = 3
 """Generations from each start, after which the best descent alone goes on."""
 FEW_STARTS, KEPT = 4, 3
-"""Of more starts than so many one in so many goes on after each of these generations."""
+"""With more than four starts, one in three of the descents is kept after each generation."""
 _MOVES = np.geomspace(1e-5, 0.1, 150)
-"""Discontinuous parameters are moved at random by such shares of their values,"""
+"""Shares of their values by which discontinuous parameters are moved at random."""
 _MOVED_STARTS = 3
-"""and descents begin at so many of the cheapest points."""
+"""Number of moved points at which descents begin: those of lowest cost."""
 _DRAWS = 2
-"""So often such moves are drawn before a fit is taken for the best."""
+"""Number of times that such moves are drawn before a fit is taken for the best."""
 _WIDE = 100.0
 _SMOOTHED = 1_000.0
 """Steps of difference quotients, times this, reach across the jumps of a prediction: about 1 %."""
@@ -196,7 +196,7 @@ def _neutral(problem: Problem, outcome: Outcome) -> Array | None:
         if bound in (low[j], high[j]):
             trials.append(outcome.point.copy())
             trials[-1][j] = bound
-    return _cheapest(problem, trials, _LESS * outcome.cost)
+    return _lowest(problem, trials, _LESS * outcome.cost)
 
 
 def _moved(problem: Problem, point: Array, seed: int) -> Array:
@@ -219,7 +219,7 @@ def _moved(problem: Problem, point: Array, seed: int) -> Array:
     return np.asarray(points[np.argsort(costs)[:_MOVED_STARTS]])
 
 
-def _cheapest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:
+def _lowest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:
     """Of some points the one that costs least, if that is less than ``below``."""
     if not trials:
         return None

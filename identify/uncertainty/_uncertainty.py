@@ -20,7 +20,7 @@ from servosight.models.core import Array, Estimate
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
 _VAGUE = 10.0
-"""A sigma of so many times the value is not reported."""
+"""A sigma above this multiple of the value is not reported."""
 _ROUNDING_DEG2 = 1e-24
 """Variance of what rounding leaves of an angle of some degrees."""
 

@@ -27,7 +27,7 @@ from servosight.models.effects import Effect
 LEAST = 0.5
 """An effect that is named in a smaller share of the resamples is not called missing."""
 RIVALS = 5
-"""So many of the best other models compete."""
+"""Number of other models that compete: the best ones."""
 
 EffectSet = frozenset[str]
 EffectNames = tuple[str, ...]
