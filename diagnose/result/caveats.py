@@ -83,7 +83,7 @@ def compensating(
 ) -> list[str]:
     """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 
-    None where most of the error is beyond the fitted data, or where parameters within their sigma
+    Empty where most of the error is beyond the fitted data, or where parameters within their sigma
     may be all of it: then nothing need be missing. Where the error is ``slight``, what is missing
     may be no effect, and the values are not far off.
     """

@@ -29,7 +29,7 @@ _TOLERANCE_S = 5e-4
 def early_notes(fit: Solution, floor_deg: float) -> tuple[str, ...]:
     """A sentence where the linear model fits angles that are later far better than the measured.
 
-    None where the error of ``fit`` is near its floor [deg].
+    Empty where the error of ``fit`` is near its floor [deg].
     """
     if fit.rmse_deg <= _MISSES * floor_deg:
         return ()

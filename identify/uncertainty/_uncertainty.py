@@ -13,9 +13,9 @@ from servosight.identify.problem import Coordinate, Problem
 from servosight.identify.uncertainty._clock import like_a_shift, of_clocks, offset_slopes
 from servosight.identify.uncertainty._correlation import by_recording
 from servosight.identify.uncertainty._matrix import Matrix, inverse_within
-from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
+from servosight.identify.uncertainty._profile import LikelihoodProfile
 from servosight.identify.uncertainty._sampling import misfit_share, sampling_covariance
-from servosight.models.core import Array, Estimate
+from servosight.models.core import CHI_SQUARE_95, Array, Estimate
 
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
