@@ -37,6 +37,8 @@ COUNT = re.compile(r"\b([2-9]\d)\s+(?:further\s+)?effects\b(?!\s+of\s+then)(\s+i
 PLACES = re.compile(r"\bone of (\w+) places\b")
 NUMBERS = ("eight", "nine", "ten", "eleven", "twelve")
 """Number words from eight on."""
+FALL = re.compile(r"error on test data falls from ([\d.]+) deg to ([\d.]+) deg")
+"""What the README's demo prints of its ladder."""
 MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -185,6 +187,14 @@ def test_the_demo_hides_what_the_readme_prints() -> None:
     )
     assert shown is not None
     assert effect_of(int(shown[1])) == shown[2]
+
+
+@pytest.mark.parametrize("page", ["accuracy.md", "search.md"])
+def test_pages_quote_the_demo_as_the_readme_prints_it(page: str) -> None:
+    printed = FALL.search((ROOT / "README.md").read_text(encoding="utf-8"))
+    quoted = FALL.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    assert printed is not None
+    assert quoted == [printed.groups()]
 
 
 def test_the_summary_of_hidden_effects_has_the_measured_numbers() -> None:
