@@ -53,7 +53,7 @@ def equivalents(
             able = able and criterion.is_closer(trial.score, last.score)
         else:
             able = able and _does_as_well(trial, last, criterion)
-            able = able and not _is_told_by_noise(trial, last, criterion)
+            able = able and not _is_distinguished_by_noise(trial, last, criterion)
             # The few seconds of validation may lie where nothing fitted is alike.
             able = able and _does_as_well(models.whole(trial), models.whole(last), criterion)
         if able and trial.effects != last.effects:
@@ -71,7 +71,7 @@ def _does_as_well(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> 
     return bool(near) and not criterion.is_higher(trial.score, last.score)
 
 
-def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+def _is_distinguished_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
     """True where ``trial`` has another effect than ``last``, which fits all but the noise."""
     if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
         return False
