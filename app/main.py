@@ -54,7 +54,7 @@ def _run(words: list[str]) -> int:
     try:
         from servosight.app.completion import complete
         from servosight.app.parser import parser
-        from servosight.app.terminal import show_notes, write_on_unread
+        from servosight.app.terminal import ignore_closed_pipe, show_notes
         from servosight.models.base import discard_all
 
         interrupt.clean_with(discard_all)
@@ -72,7 +72,7 @@ def _run(words: list[str]) -> int:
     except KeyboardInterrupt:
         return _complain("interrupted", interrupt.exit_code(), debug)
     except BrokenPipeError:
-        write_on_unread(sys.stdout)
+        ignore_closed_pipe(sys.stdout)
     except Exception as error:
         if isinstance(error, OSError) and error.errno in NO_ROOM:
             return _complain(_no_room(error), BAD_INPUT, debug)

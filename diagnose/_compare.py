@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from servosight.diagnose._report import write_report
 from servosight.diagnose.residuals import (
     EXPLAINED,
     TEST,
@@ -113,8 +112,7 @@ class Comparison(Result):
         ``recordings`` are those compared, or their paths (default: those given, or where they
         were); ``catalogue`` is needed where a model that was read back has effects of a plugin.
         """
-        write = import_module("servosight.app.report").write_report  # above this layer, on use
-        write(path, self, recordings, catalogue, at=datetime.now(UTC))
+        write_report(path, self, recordings, catalogue)
 
     def plot(
         self,

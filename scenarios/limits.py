@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from servosight.models.core import Camera, require
 from servosight.models.effects import catalogue
 from servosight.scenarios.settings import LARGEST_DEG, CommandSettings, LinearServo
-from servosight.sim.bench import LONGEST_STEP_S, STEPS_PER_T
+from servosight.sim.assembled import longest_step_s
 from servosight.sim.effects import TWIN_EFFECTS, resolve
 
 MAX_STEPS = 10_000_000
@@ -71,8 +71,7 @@ def check_work(
     servo: LinearServo, effects: Mapping[str, Mapping[str, float]], duration_s: float, source: str
 ) -> None:
     """Reject a simulation that would take hours, or more memory than a computer has."""
-    finest = max([STEPS_PER_T, *(TWIN_EFFECTS[name].steps_per_T for name in effects)])
-    steps = duration_s / min(LONGEST_STEP_S, servo.T / finest)
+    steps = duration_s / longest_step_s(servo.T, (TWIN_EFFECTS[name] for name in effects))
     require(
         steps <= MAX_STEPS,
         source,

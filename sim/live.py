@@ -10,20 +10,19 @@ from scipy.interpolate import CubicHermiteSpline
 
 from servosight.models.core import Array, InputError
 from servosight.models.excitation import Excitation
-from servosight.sim.bench import (
-    GRID_S,
-    LONGEST_STEP_S,
-    BenchParameters,
-    Trajectory,
-    assemble,
-)
+from servosight.sim.assembled import longest_step_s, put_to_rest, with_effects
+from servosight.sim.bench import GRID_S, BenchParameters, Trajectory
 from servosight.sim.effects import TWIN_EFFECTS, HiddenEffect, Twin, resolve
 from servosight.sim.stepping import Stepper
 
-STEPS_PER_T = 400
-"""Eight times as many as a simulation with an encoder's noise needs: where dry friction begins or
-ends within a step, the error is in proportion to the step (rms 0.003 deg at 50, 0.0003 at 400), and
-a camera measures the angle to 0.0015 deg."""
+CAMERA_STEPS_PER_T = 400
+"""Steps in a time constant T where a camera measures the angle. Eight times as many as a
+simulation with an encoder's noise needs: where dry friction begins or ends within a step, the error
+is in proportion to the step (rms 0.003 deg at 50, 0.0003 at 400), and a camera measures the angle
+to 0.0015 deg."""
+STOPS_WITHIN = 0.01
+"""Share of a step without torque within which the speed falls to zero. Between the instants kept
+the motion is interpolated by cubics, which would overshoot if it fell over the whole step."""
 _BLOCK = 4096
 
 
@@ -42,17 +41,11 @@ class LiveTwin:
                     f"{effect.id}: changes the command before the servo has it, expected an effect "
                     f"of the servo itself; choose another one, such as backlash"
                 )
-        finest = max([STEPS_PER_T, *(effect.steps_per_T for effect, _ in chosen)])
-        self._step_s = min(LONGEST_STEP_S, bench.T / finest)
-        assembly = assemble(bench, self._step_s)
-        for effect, values in chosen:
-            effect.edit(assembly, values)
+        effects_of = (effect for effect, _ in chosen)
+        self._step_s = longest_step_s(bench.T, effects_of, CAMERA_STEPS_PER_T)
+        assembly = with_effects(bench, chosen, self._step_s)
         self._twin, self._bench, self._chosen = Twin(assembly), bench, chosen
-        model = self._twin.model
-        self._surface = [int(model.joint(name).qposadr[0]) for name in assembly.surface]
-        start = math.radians(bench.bias_deg)
-        for hinge in {self._twin.motor, self._twin.sensor, self._surface[0]}:
-            self._twin.data.qpos[hinge] = start
+        self._surface = put_to_rest(self._twin, assembly, math.radians(bench.bias_deg))
         self._stepper = Stepper(self._twin, chosen)
         self.time_s = 0.0
         self._count = 0
@@ -66,9 +59,9 @@ class LiveTwin:
         """
         if command_deg is None:
             self._stepper.speed[:] = 0.0
-            self.time_s += 0.01 * dt
+            self.time_s += STOPS_WITHIN * dt
             self._keep()
-            self.time_s += 0.99 * dt
+            self.time_s += (1.0 - STOPS_WITHIN) * dt
             self._keep()
         else:
             goal = math.radians(self._bench.gain * command_deg + self._bench.bias_deg)

@@ -12,14 +12,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from servosight.models.core import Array, Camera, InputError, Recording
 from servosight.models.excitation import Excitation
-from servosight.sim.bench import (
-    GRID_S,
-    LONGEST_STEP_S,
-    STEPS_PER_T,
-    BenchParameters,
-    Trajectory,
-    assemble,
-)
+from servosight.sim.assembled import longest_step_s, put_to_rest, with_effects
+from servosight.sim.bench import GRID_S, BenchParameters, Trajectory
 from servosight.sim.effects import TWIN_EFFECTS, Polyline, Twin, resolve
 from servosight.sim.linkage import Linkage
 from servosight.sim.stepping import ActiveEffects, Stepper
@@ -47,11 +41,10 @@ def run(
     InputError for effects or parameters that the twin does not have.
     """
     chosen = [(TWIN_EFFECTS[name], values) for name, values in resolve(effects).items()]
-    step_s = min(LONGEST_STEP_S, bench.T / max([STEPS_PER_T, *(e.steps_per_T for e, _ in chosen)]))
-    assembly = assemble(bench, step_s)
+    step_s = longest_step_s(bench.T, (effect for effect, _ in chosen))
+    assembly = with_effects(bench, chosen, step_s)
     line = zero_order_hold(excitation)
     for effect, values in chosen:
-        effect.edit(assembly, values)
         line = effect.command(line, values)
     start = float(excitation.time_s[0])
     settled = start - SETTLE * bench.T
@@ -68,9 +61,7 @@ def run(
     middles = 0.5 * (edges[1:] + edges[:-1])
     wanted = np.radians(bench.gain * np.interp(middles, *line) + bench.bias_deg)
 
-    surface = [twin.model.joint(name).qposadr[0] for name in assembly.surface]
-    for hinge in {twin.motor, twin.sensor, surface[0]}:
-        twin.data.qpos[hinge] = wanted[0]
+    surface = put_to_rest(twin, assembly, float(wanted[0]))
     with _quiet():
         angles, speeds = _integrate(twin, chosen, edges, wanted)
     if any(twin.data.warning[kind].number for kind in _UNSTABLE) or not np.isfinite(angles).all():

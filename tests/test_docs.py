@@ -13,7 +13,7 @@ import pytest
 
 from servosight.app.parser import parser
 from servosight.models.core import InputError
-from servosight.models.effects import catalogue
+from servosight.models.effects import Place, catalogue
 from servosight.scenarios.draws import SHOWN_ALONE, effect_of
 from servosight.scenarios.scenario import Scenario
 
@@ -28,11 +28,17 @@ FENCE = re.compile(r"^ *```(\w*)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"^ {4,}(?:\$ )?(servosight .*)$", re.MULTILINE)
 INLINE = re.compile(r"(?<!`)`(servosight [^`]+)`(?!`)")
 FOLDERS = (
-    "app|bench|benchmarks|diagnose|docs|export|identify|models|scenarios|sim|tests|tools|tracking"
+    "app|bench|benchmarks|diagnose|docs|export|identify|models|scenarios|sim|sources|src|tests"
+    "|tools|tracking"
 )
 FILE = re.compile(rf"(?<![\w/.-])(?:{FOLDERS})/[\w./*-]*[\w*/]")
 REFERENCE = re.compile(r"^(:{3,4}) (servosight[\w.]*)$", re.MULTILINE)
 COUNT = re.compile(r"\b([2-9]\d)\s+(?:further\s+)?effects\b(?!\s+of\s+then)(\s+is\s+hidden)?")
+PLACES = re.compile(r"\bone of (\w+) places\b")
+NUMBERS = ("eight", "nine", "ten", "eleven", "twelve")
+"""Number words from eight on."""
+FALL = re.compile(r"error on test data falls from ([\d.]+) deg to ([\d.]+) deg")
+"""What the README's demo prints of its ladder."""
 MAKE = re.compile(r"(?:`|^ {4,}(?:\$ )?)make ([a-z][\w-]*)", re.MULTILINE)
 
 pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -136,6 +142,16 @@ def test_counts_of_effects_are_those_of_the_catalogue(page: Path) -> None:
         assert int(count) == len(SHOWN_ALONE if hidden else catalogue()), f"{page.name}: {count}"
 
 
+def test_the_architecture_counts_and_lists_the_places_of_effects() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    (word,) = PLACES.findall(text)
+    assert NUMBERS.index(word) + 8 == len(Place)
+    table = text.split("| place | between |")[1].split("\n\n")[0]
+    rows = [line.split("|")[1] for line in table.splitlines()[2:]]
+    listed = [name.strip() for row in rows for name in row.split(",")]
+    assert sorted(listed) == sorted(place.value for place in Place)
+
+
 def test_every_page_is_in_the_index() -> None:
     """A folder that is linked stands for its pages."""
     index = ROOT / "docs" / "README.md"
@@ -179,6 +195,14 @@ def test_the_demo_hides_what_the_readme_prints() -> None:
     )
     assert shown is not None
     assert effect_of(int(shown[1])) == shown[2]
+
+
+@pytest.mark.parametrize("page", ["accuracy.md", "search.md"])
+def test_pages_quote_the_demo_as_the_readme_prints_it(page: str) -> None:
+    printed = FALL.search((ROOT / "README.md").read_text(encoding="utf-8"))
+    quoted = FALL.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    assert printed is not None
+    assert quoted == [printed.groups()]
 
 
 def test_the_summary_of_hidden_effects_has_the_measured_numbers() -> None:

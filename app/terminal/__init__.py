@@ -7,11 +7,11 @@ from servosight.app.terminal._change import show_change as show_change
 from servosight.app.terminal._output import check_outputs as check_outputs
 from servosight.app.terminal._output import check_target as check_target
 from servosight.app.terminal._output import console as console
+from servosight.app.terminal._output import ignore_closed_pipe as ignore_closed_pipe
 from servosight.app.terminal._output import made as made
 from servosight.app.terminal._output import next_command as next_command
 from servosight.app.terminal._output import show_notes as show_notes
 from servosight.app.terminal._output import write_json as write_json
-from servosight.app.terminal._output import write_on_unread as write_on_unread
 from servosight.app.terminal._progress import Shown as Shown
 from servosight.app.terminal._progress import progress as progress
 from servosight.app.terminal._progress import quiet as quiet

@@ -16,7 +16,7 @@ from servosight.models.base import (
     Kind,
     json_text,
     kind_of,
-    sweep,
+    remove_stale_temporaries,
     write_text,
 )
 
@@ -77,7 +77,7 @@ def check_target(path: Path, kind: Kind, *, force: bool = False) -> None:
         )
     if is_file and not force and kind_of(target) is not kind:
         raise InputError(refusal(path, kind))
-    sweep(target.parent)
+    remove_stale_temporaries(target.parent)
 
 
 def refusal(path: Path, kind: Kind) -> str:
@@ -105,10 +105,10 @@ def write_json(place: Path | None, value: Any) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     except BrokenPipeError:
-        write_on_unread(sys.stdout)
+        ignore_closed_pipe(sys.stdout)
 
 
-def write_on_unread(stream: TextIO) -> None:
+def ignore_closed_pipe(stream: TextIO) -> None:
     """Go on without a reader, such as `head`, that has seen enough: what goes into files is still
     to be written."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -123,7 +123,7 @@ def console(args: argparse.Namespace) -> Console:
     class Plain(Console):
         def on_broken_pipe(self) -> None:
             self.quiet = True
-            write_on_unread(stream)
+            ignore_closed_pipe(stream)
 
     on_error = getattr(args, "json", None) == STANDARD_OUTPUT
     stream = sys.stderr if on_error else sys.stdout

@@ -29,7 +29,7 @@ def show_identification(out: Console, result: Mapping[str, Any]) -> None:
     out.print(f"{result['method']}, {result['seconds']:.1f} s, stopped: {result['stopped']}")
     for warning in result["warnings"]:
         out.print(f"note: {warning}")
-    show_blind(out, result.get("detectable", ()))
+    show_detectable(out, result.get("detectable", ()))
 
 
 def _show_transmissions(out: Console, found: Sequence[Mapping[str, Any]]) -> None:
@@ -57,7 +57,7 @@ def show_diagnosis(out: Console, result: Mapping[str, Any]) -> None:
     _show_model(out, result["ladder"][-1], result["warnings"])
     _show_transmissions(out, result.get("transmissions", ()))
     show_candidates(out, result["candidates"], first)
-    show_blind(out, result.get("detectable", ()))
+    show_detectable(out, result.get("detectable", ()))
     if result["verdict"] != "no_effect_missing":
         show_where(out, result["where"], f"where the {first} fails")
     if result.get("regimes"):
@@ -146,7 +146,7 @@ def show_candidates(out: Console, candidates: Sequence[Mapping[str, Any]], first
     out.print(table)
 
 
-def show_blind(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
+def show_detectable(out: Console, detectable: Sequence[Mapping[str, Any]]) -> None:
     """Which effects these recordings could have shown, and which not, whatever their size."""
     if not detectable:
         return

@@ -99,7 +99,8 @@ def judge_rate(
         ),
     ]
     if exposure_s is None:
-        lines.append(Line(what="exposure", good=True, words="not known; the light will tell it"))
+        words = "not known; estimated from the coded light"
+        lines.append(Line(what="exposure", good=True, words=words))
     else:
         lines.append(
             line_of(

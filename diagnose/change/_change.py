@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from scipy.special import chdtrc, ndtri
 
+from servosight.diagnose._report import write_report
 from servosight.diagnose.change._words import (
     different_effects,
     meaning,
@@ -128,8 +127,7 @@ class ServoChange(Result):
 
     def report(self, path: Path | str, *, catalogue: Mapping[str, Effect] | None = None) -> None:
         """Write a report to read in a browser; ``catalogue`` holds the effects of a plugin."""
-        write = import_module("servosight.app.report").write_report  # above this layer, on use
-        write(path, self, catalogue=catalogue, at=datetime.now(UTC))
+        write_report(path, self, None, catalogue)
 
 
 def limit_sigmas(count: int, policy: ChangePolicy = ChangePolicy()) -> float:

@@ -28,9 +28,9 @@ FINISH_BUDGET = 500
 MOST_COST = 20_000.0
 """After simulations of this cost (``Work``) on one model no further term is tried."""
 MIN_GAIN = 0.1
-"""A term must lower the validation rmse by this share,"""
+"""A term must lower the validation rmse by this share."""
 MIN_CLOSED = 0.5
-"""and the law as a whole must close this share of the gap between validation rmse and floor."""
+"""The whole law must close this share of the gap between validation rmse and floor."""
 MIN_TESTED = 0.25
 """A law that closes less of the gap on the test data, which it has not seen, does not hold."""
 

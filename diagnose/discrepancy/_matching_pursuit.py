@@ -31,7 +31,7 @@ TERMS: Mapping[str, BasisTerm] = {
 """The terms that a law can have."""
 
 PROMISING = 3
-"""Of the loads, the drives and the frictions, so many each that promise most."""
+"""Number of the loads, of the drives and of the frictions that are tried: the most promising."""
 _BLOCK = 64
 
 

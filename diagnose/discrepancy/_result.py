@@ -18,7 +18,7 @@ from servosight.models.core import Array, Estimate, Frozen
 from servosight.models.effects import Effect
 
 MOST_INSTANTS = 3000
-"""A longer course of the missing torque is thinned to so many instants."""
+"""A longer course of the missing torque is thinned to this number of instants."""
 
 CATALOGUED = {
     "angle_wave": "cogging",

@@ -19,15 +19,15 @@ from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, S
 from servosight.models.effects import Effect, covered
 
 MOST_ERROR = 2.0
-"""A model with an error so many times as large is no other answer, however much that scatters."""
+"""A model whose error is larger by this factor is no other answer, however much that scatters."""
 
 
 def equivalents(
     models: ModelSelection, last: Trial, criterion: AcceptanceCriterion
 ) -> tuple[tuple[str, ...], ...]:
-    """Sets of effects that the data do not tell from those of ``last``, the cheapest first.
+    """Sets of effects that the data do not distinguish from those of ``last``, best-ranked first.
 
-    Their price, with the error on all fitted and validation samples, is not above that of ``last``
+    Their penalised error, over all fitted and validation samples, is not above that of ``last``
     by more than it scatters from block to block, nor their error ``MOST_ERROR`` times as large; nor
     is that so once both are fitted to the validation samples as well.
     Where ``last`` explains the data the noise decides; if it does so within the tolerance alone, it
@@ -47,31 +47,31 @@ def equivalents(
         other = trial.effects and not (more and set(trial.held) <= set(last.held))
         if not other or not models.known.allows(trial.effects):
             continue
-        price = criterion.overall_price(trial.score)
+        penalised_error = criterion.overall_penalised_error(trial.score)
         able = criterion.within_bounds(trial.score, first)
         if explained:
             able = able and criterion.is_closer(trial.score, last.score)
         else:
             able = able and _does_as_well(trial, last, criterion)
-            able = able and not _is_told_by_noise(trial, last, criterion)
+            able = able and not _is_distinguished_by_noise(trial, last, criterion)
             # The few seconds of validation may lie where nothing fitted is alike.
             able = able and _does_as_well(models.whole(trial), models.whole(last), criterion)
         if able and trial.effects != last.effects:
-            near[trial.effects] = min(price, near.get(trial.effects, np.inf))
+            near[trial.effects] = min(penalised_error, near.get(trial.effects, np.inf))
     whole = {one: covered(one, models.catalogue) for one in near}
     least = [one for one in near if not any(set(o) <= whole[one] for o in near if o != one)]
     return tuple(sorted(least, key=lambda effects: near[effects]))
 
 
 def _does_as_well(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
-    """True where the price of ``trial`` is not above that of ``last`` by more than it scatters, nor
-    its error ``MOST_ERROR`` times as large."""
-    most = criterion.overall_price(last.score) + np.log(MOST_ERROR)
-    near = criterion.overall_price(trial.score) <= most
-    return bool(near) and not criterion.is_dearer(trial.score, last.score)
+    """True where the penalised error of ``trial`` is above that of ``last`` by no more than its
+    scatter, and by no more than log ``MOST_ERROR``."""
+    most = criterion.overall_penalised_error(last.score) + np.log(MOST_ERROR)
+    near = criterion.overall_penalised_error(trial.score) <= most
+    return bool(near) and not criterion.is_higher(trial.score, last.score)
 
 
-def _is_told_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
+def _is_distinguished_by_noise(trial: Trial, last: Trial, criterion: AcceptanceCriterion) -> bool:
     """True where ``trial`` has another effect than ``last``, which fits all but the noise."""
     if set(trial.effects) <= set(last.effects) or not criterion.settled(last.score):
         return False
@@ -83,16 +83,16 @@ def special_case(
 ) -> Step | None:
     """The step from ``last`` to a special case of one of its effects, where that does as well.
 
-    It has nothing that ``last`` lacks, and its price is no higher. At a higher one the effect stays
-    in the model, and ``contained`` names the special case.
+    It has nothing that ``last`` lacks, and its penalised error is no higher. At a higher one the
+    effect stays in the model, and ``contained`` names the special case.
     """
-    known = models.known
+    known, most = models.known, criterion.overall_penalised_error(last.score)
     others = {frozenset(one) for one in equivalents(models, last, criterion)}
     for name in known.removable(last.effects) if others else ():
         for simple in models.catalogue[name].contains:
             if frozenset(last.effects) - {name} | {simple} in others:
                 trial = models.swapped(last, name, simple)
-                if criterion.overall_price(trial.score) <= criterion.overall_price(last.score):
+                if criterion.overall_penalised_error(trial.score) <= most:
                     return Step(trial, simple, name)
     return None
 

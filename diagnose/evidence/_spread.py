@@ -19,8 +19,8 @@ _DRAWS = 8
 BY_CHANCE = 0.5
 """From this share of the squared error on, chance may be what the error is."""
 FARTHER = 3.0
-"""Of data on which the servo goes other ways, a prediction moves by so many times as much as of the
-fitted data. Where it moves alike, a large sigma stands for a misfit, and is no matter of chance."""
+"""Least ratio of the spreads on test and fitted data where the servo moves otherwise in the test
+data. Where it moves alike, a large sigma stands for a misfit, and is no matter of chance."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -76,7 +76,7 @@ def _driven(score: Score, first: Score) -> tuple[str, ...]:
 def _rivals(outcome: Outcome, resolution: Resolution) -> tuple[Trial, ...]:
     """The model that was chosen, or would be next, and those that predict the same.
 
-    None where the linear model is all that is left.
+    Empty where the linear model is all that is left.
     """
     models, criterion, selected = outcome.models, outcome.criterion, outcome.selected
     linear, chosen = outcome.linear, outcome.last

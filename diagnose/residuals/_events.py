@@ -21,7 +21,7 @@ LEAST_REST_S = 0.1
 ARRIVAL_S = 0.3
 """The way that led to a rest is that of this time, so that an overshoot does not count."""
 LEAST_SPREAD = 1.8
-"""Swings show an influence of their size where the large ones are so many times the small ones."""
+"""Swings show an influence of their size where large ones are this multiple of the small ones."""
 
 
 @dataclass(frozen=True)

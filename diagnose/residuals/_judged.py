@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servosight.identify.problem import LOST_DEG
+from servosight.models import core
 from servosight.models.core import Array, Mask, Recording, fit_percent
 
 FIT, VALIDATION, TEST = 0, 1, 2
@@ -35,7 +36,7 @@ def rms(parts: Sequence[Array]) -> float:
     1000000.0
     """
     joined = np.nan_to_num(np.concatenate([np.empty(0), *parts]), nan=LOST_DEG)
-    return float(np.sqrt(np.mean(joined**2))) if joined.size else 0.0
+    return core.rms(joined) if joined.size else 0.0
 
 
 @dataclass(frozen=True)

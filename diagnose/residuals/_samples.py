@@ -26,7 +26,7 @@ REACH_S = 0.5
 FEWEST = 8
 """Groups of fewer samples are not compared."""
 ENOUGH, A_LAG = 50, 4
-"""So many samples, and so many for each lag, are enough for a correlation (Box, Jenkins, Reinsel
+"""Fifty samples, and four for each lag, are enough for a correlation (Box, Jenkins, Reinsel
 and Ljung, Time Series Analysis, 5th ed., 2015, section 2.1)."""
 
 

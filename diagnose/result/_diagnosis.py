@@ -5,14 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from enum import StrEnum
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from servosight.diagnose._report import write_report
 from servosight.diagnose.discrepancy import Law
 from servosight.diagnose.evidence import Regime, Repeated, Unexplained
 from servosight.diagnose.experiment import Proposal
@@ -257,8 +256,7 @@ class Diagnosis(Result):
         they were); ``catalogue`` is needed where a diagnosis that was read back has effects of a
         plugin.
         """
-        write = import_module("servosight.app.report").write_report  # above this layer, on use
-        write(path, self, recordings, catalogue, at=datetime.now(UTC))
+        write_report(path, self, recordings, catalogue)
 
     def _paths(self) -> Sequence[Path | None]:
         return [one.path for one in self.recordings]

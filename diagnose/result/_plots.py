@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 BEFORE, AFTER, FLOOR = "#d55e00", "#0072b2", "#8f9aa5"
 LEAST_DEG = 1e-9
 _LETTERS = 60
-"""So many stand side by side below a figure of the usual width; longer names take more lines."""
+"""Number of names side by side below a figure of usual width; longer names take more lines."""
 
 
 def plot_ladder(steps: Mapping[str, float], floor_deg: float, ax: Axes | None = None) -> Axes:

@@ -9,7 +9,7 @@ from servosight.diagnose.residuals import listed, phrased
 from servosight.diagnose.result._diagnosis import LadderStep
 
 MOST_MODELS = 4
-"""So many other models are listed."""
+"""Number of other models that are listed."""
 
 
 def stability_words(effects: Sequence[str], shares: Mapping[str, float], resamples: int) -> str:
@@ -83,8 +83,8 @@ def motionless_words(effects: Sequence[str]) -> str:
         return ""
     return (
         f"T is known to no better than its own size, so the data show no motion of the servo's own "
-        f"by which {phrased(effects)} could be told from what else is left of the torque: record "
-        f"faster motion as well."
+        f"by which {phrased(effects)} could be distinguished from what else is left of the torque: "
+        f"record faster motion as well."
     )
 
 

@@ -59,8 +59,8 @@ def doubts(verdict: Verdict, last: LadderStep, levels: Levels) -> list[str]:
     error = levels.words(last.held_out_rmse_deg)
     if levels.scatter_deg > levels.noise_deg:
         return [
-            f"the error on the test data is {error}, which chance allows, as few runs tell how far "
-            f"they differ; repeat the command more often to be sure"
+            f"the error on the test data is {error}, which chance allows, as the scatter between "
+            f"few runs is not known well; repeat the command more often to be sure"
         ]
     return [
         f"the error on the few test samples is {error}, which chance allows; record longer to be "
@@ -83,7 +83,7 @@ def compensating(
 ) -> list[str]:
     """A warning where fitted values of a model with ``effects`` stand for what it lacks.
 
-    None where most of the error is beyond the fitted data, or where parameters within their sigma
+    Empty where most of the error is beyond the fitted data, or where parameters within their sigma
     may be all of it: then nothing need be missing. Where the error is ``slight``, what is missing
     may be no effect, and the values are not far off.
     """

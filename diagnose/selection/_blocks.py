@@ -45,17 +45,17 @@ def _squares(judged: Judged) -> Array:
 
 
 def log_ratios(squares: Array, than: Array, enough_deg: float, floor_deg: float) -> Array:
-    """Logarithms of the ratio of two models' errors, of each block that tells something.
+    """Logarithms of the ratio of two models' errors, of each block that distinguishes them.
 
-    Blocks in which both are at ``enough_deg``, as at a standstill, tell nothing; errors below the
+    Blocks in which both are at ``enough_deg``, as at a standstill, are left out; errors below the
     floor do not count.
 
     >>> log_ratios(np.array([1.0, 0.01]), np.array([4.0, 0.02]), 0.2, 0.0).round(3).tolist()
     [-0.693]
     """
     both = np.array([np.ravel(squares), np.ravel(than)])
-    told = both[:, np.any(both > enough_deg**2, axis=0)]
-    return np.asarray(0.5 * np.diff(np.log(told[::-1] + floor_deg**2), axis=0)[0])
+    distinct = both[:, np.any(both > enough_deg**2, axis=0)]
+    return np.asarray(0.5 * np.diff(np.log(distinct[::-1] + floor_deg**2), axis=0)[0])
 
 
 def is_above(values: Array, limit: float = 0.0) -> bool:

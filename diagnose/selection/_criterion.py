@@ -99,8 +99,8 @@ class AcceptanceCriterion:
         most = self.policy.closer
         fitted = score.train_rmse_deg <= most * rival.train_rmse_deg
         other = score.validation_rmse_deg <= most * rival.validation_rmse_deg
-        told = self.evidence(score, rival) >= self.policy.undecided
-        return fitted and other and told and self.leaves_structure(rival)
+        distinct = self.evidence(score, rival) >= self.policy.undecided
+        return fitted and other and distinct and self.leaves_structure(rival)
 
     @property
     def enough_deg(self) -> float:
@@ -172,7 +172,7 @@ class AcceptanceCriterion:
 
         These may hardly move what is new, beside an error of their own: they deny it where they
         rise beyond their scatter from second to second. In all samples together the gain must be
-        worth its price beyond that.
+        worth its penalty beyond that.
         """
         if not self._removes(score.train_rmse_deg, base.train_rmse_deg):
             return False
@@ -181,16 +181,16 @@ class AcceptanceCriterion:
             denied = score.validation_rmse_deg > base.validation_rmse_deg
         else:
             denied = is_above(rise)
-        told = self._log_ratios(base.blocks_deg2, score.blocks_deg2).size >= FEWEST_BLOCKS
-        return told and not denied and self.is_dearer(base, score)
+        enough = self._log_ratios(base.blocks_deg2, score.blocks_deg2).size >= FEWEST_BLOCKS
+        return enough and not denied and self.is_higher(base, score)
 
-    def is_dearer(self, score: Score, than: Score) -> bool:
-        """True where the price of ``score`` is higher, beyond its scatter from block to block.
+    def is_higher(self, score: Score, than: Score) -> bool:
+        """True where the penalised error of ``score`` is higher, beyond its scatter between blocks.
 
         With too few blocks for a scatter it is: then no models are said to be alike.
         """
         more = self._log_ratios(score.blocks_deg2, than.blocks_deg2)
-        less = self.burden(than) - self.burden(score)
+        less = self.penalty(than) - self.penalty(score)
         return more.size < FEWEST_BLOCKS or is_above(more, less)
 
     def _log_ratios(self, squares: Array, than: Array) -> Array:
@@ -230,51 +230,53 @@ class AcceptanceCriterion:
             and score.validation_rmse_deg <= self.policy.worse * simple.validation_rmse_deg
         )
 
-    def is_told(self, score: Score, simple: Score) -> bool:
-        """The same, and where neither explains the data more than a few seconds tell them apart."""
+    def is_distinguished(self, score: Score, simple: Score) -> bool:
+        """The same; where neither explains the data, more than a few seconds distinguish them."""
         able = self.worth_its_parameters(score, simple)
-        return able and (self.explained(score) or self.is_dearer(simple, score))
+        return able and (self.explained(score) or self.is_higher(simple, score))
 
-    def price(self, score: Score) -> float:
-        """What a model costs among many: log rmse [deg], its effects and parameters.
+    def penalised_error(self, score: Score) -> float:
+        """What models are ranked by: log rmse [deg], and a penalty for effects and parameters.
 
         The rmse is the larger of fitted and validation data: effects that are missing raise the
-        one, too many the other. A fitted k costs what an effect does. Below the floor no error is
-        better than another.
+        one, too many the other. A fitted k counts as an effect. Below the floor no error is better
+        than another.
         """
-        return self._price(score, _larger_rmse(score))
+        return self._penalised(score, _larger_rmse(score))
 
-    def overall_price(self, score: Score) -> float:
+    def overall_penalised_error(self, score: Score) -> float:
         """The same with the error of all fitted and validation samples."""
-        return self._price(score, float(np.sqrt(score.mean_square_deg2)))
+        return self._penalised(score, float(np.sqrt(score.mean_square_deg2)))
 
-    def least_price(self, score: Score) -> float:
-        """What ``overall_price`` is at least once the validation samples are fitted as well."""
+    def least_penalised_error(self, score: Score) -> float:
+        """A lower bound of ``overall_penalised_error`` once validation samples are fitted too."""
         fitted = 1.0 - score.validation_samples / score.samples
-        return self._price(score, float(np.sqrt(fitted)) * score.train_rmse_deg)
+        return self._penalised(score, float(np.sqrt(fitted)) * score.train_rmse_deg)
 
-    def price_as_ordinary(self, score: Score) -> float:
-        """The same as ``price`` where each effect is one that most servos have."""
+    def penalised_error_as_ordinary(self, score: Score) -> float:
+        """The same as ``penalised_error`` where each effect is one that most servos have."""
         rare = sum(name not in self.policy.ordinary for name in score.effects)
-        return self.price(score) - rare * (self.policy.rare_price - self.policy.effect_price)
+        return self.penalised_error(score) - rare * (
+            self.policy.rare_penalty - self.policy.effect_penalty
+        )
 
-    def _price(self, score: Score, error_deg: float) -> float:
-        return float(np.log(max(error_deg, self.floor_deg, 1e-300))) + self.burden(score)
+    def _penalised(self, score: Score, error_deg: float) -> float:
+        return float(np.log(max(error_deg, self.floor_deg, 1e-300))) + self.penalty(score)
 
-    def burden(self, score: Score) -> float:
-        """The part of a price that is not the error's: what effects and parameters cost."""
+    def penalty(self, score: Score) -> float:
+        """What effects and parameters add to log rmse in the penalised error."""
         ordinary = sum(name in self.policy.ordinary for name in score.effects)
-        effects = self.policy.effect_price * (ordinary + score.gain_fitted)
-        effects += self.policy.rare_price * (len(score.effects) - ordinary)
-        return effects + self.policy.parameter_price * score.parameters
+        effects = self.policy.effect_penalty * (ordinary + score.gain_fitted)
+        effects += self.policy.rare_penalty * (len(score.effects) - ordinary)
+        return effects + self.policy.parameter_penalty * score.parameters
 
-    def clearly_cheaper(self, price: float, than: float) -> bool:
-        """True where a price is lower by so much that a search goes on."""
-        return price <= than - self.policy.worth_going_on
+    def clearly_lower(self, penalised_error: float, than: float) -> bool:
+        """True where a penalised error is lower by so much that a search goes on."""
+        return penalised_error <= than - self.policy.worth_going_on
 
-    def near(self, price: float, least: float) -> bool:
-        """True where a price is within that of a few effects of the least."""
-        return price <= least + self.policy.near * self.policy.effect_price
+    def near(self, penalised_error: float, least: float) -> bool:
+        """True where a penalised error is within the penalty of a few effects of the least."""
+        return penalised_error <= least + self.policy.near * self.policy.effect_penalty
 
     def wants_search(self, score: Score) -> bool:
         """True where single steps have ended far from the floor."""
@@ -326,7 +328,7 @@ class AcceptanceCriterion:
                 ahead = found.index(model) < found.index(simple)
                 if name(simple) not in contains(model) or not ahead:
                     continue
-                if not self.is_told(score(model), score(simple)):
+                if not self.is_distinguished(score(model), score(simple)):
                     found.remove(model)
                     found.insert(found.index(simple) + 1, model)
         return found

@@ -30,17 +30,18 @@ class SelectionPolicy:
     ``visible`` times the tolerance as an rms, and may raise the validation rmse by the factor
     ``worse`` at most. Pairs are tried where the larger rmse of fitted and validation data exceeds
     ``far`` times the floor and less than ``most`` of the squared error is accounted for.
-    ``max_steps`` ends the steps. Beyond ``far`` other sets are searched, too, and that of
-    the lowest price is taken each of whose effects is accepted: log of the larger rmse of the two,
-    ``effect_price`` an effect or a fitted k, ``rare_price`` an effect not in ``ordinary``, and
-    ``parameter_price`` a parameter. Where the best single effect leaves ``hopeless`` times the
-    floor, these sets come before any step. Neither with fewer than ``fewest`` samples.
+    ``max_steps`` ends the steps. Beyond ``far`` other sets are searched, too, and that of the
+    lowest penalised error is taken each of whose effects is accepted: log of the larger rmse of the
+    two, plus ``effect_penalty`` for each effect and for a fitted k, ``rare_penalty`` for an effect
+    not in ``ordinary``, and ``parameter_penalty`` for a parameter. Where the best single effect
+    leaves ``hopeless`` times the floor, these sets come before any step. Neither with fewer than
+    ``fewest`` samples.
 
     So many as ``together`` of the ordinary effects are fitted at once: with one of them missing the
     others are fitted wrong. Where they end above the floor the first ``core`` of them are fitted
     alone, too: these end in one minimum whatever their starts are. The search goes on as long as
-    the price falls by ``worth_going_on``, from models within ``near`` effects' prices of the
-    cheapest. So many as ``unloaded`` of the cheapest models are fitted with k held at 1 as well.
+    the penalised error falls by ``worth_going_on``, from models within ``near`` effects' penalties
+    of the lowest one. The ``unloaded`` best-ranked models are fitted with k held at 1 as well.
     """
 
     min_gain: float = 0.05
@@ -60,9 +61,9 @@ class SelectionPolicy:
     most: float = 0.9
     max_steps: int = 6
     learnt: float = 0.01
-    effect_price: float = 0.1
-    rare_price: float = 0.3
-    parameter_price: float = 0.01
+    effect_penalty: float = 0.1
+    rare_penalty: float = 0.3
+    parameter_penalty: float = 0.01
     hopeless: float = 25.0
     fewest: int = 200
     ordinary: tuple[str, ...] = ORDINARY

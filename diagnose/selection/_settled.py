@@ -63,12 +63,14 @@ class Settling:
         learnt = self.criterion.learnt(swap.score, smaller.score)
         learnt = learnt and self.criterion.within_bounds(swap.score, smaller.score)
         beats = self.criterion.beats(swap.score, trial.score)
-        return learnt and beats and self.is_told(swap, trial)
+        return learnt and beats and self.is_distinguished(swap, trial)
 
-    def is_told(self, trial: Trial, base: Trial) -> bool:
+    def is_distinguished(self, trial: Trial, base: Trial) -> bool:
         """False where it has an effect in its special case's place that is not clearly better."""
         whole = covered(trial.effects, self.models.catalogue) - set(trial.effects)
-        return whole.isdisjoint(base.effects) or self.criterion.is_told(trial.score, base.score)
+        if whole.isdisjoint(base.effects):
+            return True
+        return self.criterion.is_distinguished(trial.score, base.score)
 
     def _simpler(self, trial: Trial) -> Step | None:
         """The step to a special case of an effect that does as well as the whole of it."""

@@ -21,12 +21,12 @@ def shown_together(
     A rare effect costs no more than another here.
     """
     base, best = first.steps[0].trial, first.singles[0]
-    price = criterion.price_as_ordinary
-    for chain in sorted(_chains(first, models, criterion), key=lambda one: price(one[-1].score)):
+    error = criterion.penalised_error_as_ordinary
+    for chain in sorted(_chains(first, models, criterion), key=lambda one: error(one[-1].score)):
         last, before = chain[-1].score, [base, *chain[:-1]]
         rivals = [one.score for one in (*before, best)]
-        cheaper = criterion.clearly_cheaper(price(last), price(best.score))
-        if cheaper and criterion.earns_as_pair(last, rivals, len(models.candidates(base))):
+        lower = criterion.clearly_lower(error(last), error(best.score))
+        if lower and criterion.earns_as_pair(last, rivals, len(models.candidates(base))):
             return [step_to(one, smaller) for smaller, one in itertools.pairwise([base, *chain])]
     return []
 
@@ -36,11 +36,11 @@ def _chains(
 ) -> Iterator[list[Trial]]:
     """The models from the first one on to each with effects that are declared to show together.
 
-    Behind the cheapest single effect as well if that limits how the command moves: with a command
+    Behind the best-ranked single effect too if that limits how the command moves: with a command
     of another shape none of them shows. Such a fit costs much, so sketches must promise it first.
     """
     base = first.steps[0].trial
-    best = min(first.singles, key=lambda one: criterion.price(one.score))
+    best = min(first.singles, key=lambda one: criterion.penalised_error(one.score))
     known = {new_in(trial, base): trial for trial in first.singles}
     for names in _shown_at_once(base, models):
         begun = known.get(names[0]) or _extended(models, base, names[0])
@@ -50,8 +50,8 @@ def _chains(
         return
     for names in _shown_at_once(best, models):
         sketches = itertools.accumulate(names, models.sketched, initial=best)
-        *smaller, last = (criterion.price_as_ordinary(one.score) for one in sketches)
-        if not criterion.clearly_cheaper(last, min(smaller)):
+        *smaller, last = (criterion.penalised_error_as_ordinary(one.score) for one in sketches)
+        if not criterion.clearly_lower(last, min(smaller)):
             return
         yield _added(best, names, models)
 

@@ -21,7 +21,7 @@ class SearchEffort:
     ``finalists`` of them are fitted.
 
     Where the steps end far from the floor, a model with all ordinary effects is reduced, and the
-    ``beam`` cheapest models of all are extended.
+    ``beam`` best-ranked models of all are extended.
 
     No further model is tried once all simulations have ``cost`` (``Work``) so much times the square
     root of the number of fitted recordings: what several show is not looked for in each. Where

@@ -131,7 +131,7 @@ class StepwiseSelector:
         return Selected((begun, *steps[1:]), first.singles, self.effort.is_spent(self.models))
 
     def _from_friction(self, steps: list[Step], first: Selected) -> list[Step]:
-        """The steps, or those from friction on where these are better, and have a lower price.
+        """The steps, or those from friction on where these are better and rank better.
 
         On a motion that turns round once or twice a dead zone does what friction does, and may suit
         better what is missing beside it. What is at the floor by one effect needs no other; far
@@ -157,14 +157,14 @@ class StepwiseSelector:
         return self._extended([*first.steps, *found, *self._settling.steps(found[-1].trial)])
 
     def _better(self, steps: list[Step], other: list[Step]) -> list[Step]:
-        """The ``other`` steps, if any, where the data tell them apart and they have a lower price;
-        else ``steps``."""
+        """The ``other`` steps, if any, where the data distinguish them and their penalised error is
+        lower; else ``steps``."""
         if not other:
             return steps
         score, rival = other[-1].trial.score, steps[-1].trial.score
-        told = not self.criterion.tied(self.criterion.evidence(score, rival))
-        cheaper = self.criterion.price(score) < self.criterion.price(rival)
-        return other if told and cheaper else steps
+        distinct = not self.criterion.tied(self.criterion.evidence(score, rival))
+        lower = self.criterion.penalised_error(score) < self.criterion.penalised_error(rival)
+        return other if distinct and lower else steps
 
     @property
     def _spent(self) -> bool:
@@ -240,7 +240,7 @@ class StepwiseSelector:
     def _single(self, base: Trial, ranked: Sequence[Trial]) -> list[Step] | None:
         """A step for the best single candidate within its bounds if it is accepted."""
         within = (one for one in ranked if self.criterion.within_bounds(one.score, base.score))
-        best = next((one for one in within if self._settling.is_told(one, base)), None)
+        best = next((one for one in within if self._settling.is_distinguished(one, base)), None)
         if best is None or not self.criterion.earns(best.score, base.score, self._tried(base)):
             return None
         return [step_to(best, base)]

@@ -228,10 +228,10 @@ def information(problem: Problem, point: Array, noise_deg: float) -> Information
 
 def relative_scale(problem: Problem, point: Array) -> Array:
     """d coordinate / d ln(value) of free shared parameters, 0 for the others, (coordinates,)."""
-    scale, pinned = np.zeros(point.size), problem.pinned
+    scale, is_held = np.zeros(point.size), problem.is_held
     for j, coordinate in enumerate(problem.coordinates[: problem.physical]):
         x = float(point[j])
-        if x != 0.0 and not pinned[j]:
+        if x != 0.0 and not is_held[j]:
             scale[j] = coordinate.from_search(x) / coordinate.slope(x)
     return scale
 

@@ -19,7 +19,7 @@ from servosight.models.core import Array, Parameter, rounded, with_article
 COUNT = 9
 """Sizes that are simulated, from a small share of the first guess up to the parameter's bound."""
 AT_ONCE = 2
-"""So many of them at a time, until one shows."""
+"""Number of sizes that are simulated at a time, until one of them shows."""
 SMALL = 1.0 / 64.0
 LEAST_REACH = 1e-4
 """A guess this close to neutral, as a share of the way to the bound, says nothing of the size."""

@@ -22,9 +22,9 @@ from servosight.models.plant import (
 
 POINTS = 2001
 LENGTH = 12.0
-"""The step response lasts so many time constants, of the slow pole where there are two;"""
+"""Duration of the step response in time constants, of the slow pole where there are two."""
 BEFORE_STEP = 0.05
-"""and begins by this share of it before the step."""
+"""Time from the start of the response to the step, as a share of that duration."""
 STEP_SHARE = 0.25
 """The step is this share of the command's range: within what the recordings have used."""
 _SMALLEST_STEP = 1e-4

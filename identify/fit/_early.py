@@ -17,7 +17,7 @@ LEFT = 0.4
 """The error falls to this share where a clock is early. In simulated recordings with each effect
 of the catalogue it falls to 0.48 with ``velocity_feedforward``, and to 0.88 or more with others."""
 _MISSES = 2.0
-"""A fit of an error below so many floors is good enough to rule an early clock out."""
+"""An early clock is ruled out where the fit's error is below this multiple of the floor."""
 _FIRST_S = 0.005
 _FALLS = 0.98
 """Below this share the error falls with the first shift wherever the clock is early."""
@@ -29,7 +29,7 @@ _TOLERANCE_S = 5e-4
 def early_notes(fit: Solution, floor_deg: float) -> tuple[str, ...]:
     """A sentence where the linear model fits angles that are later far better than the measured.
 
-    None where the error of ``fit`` is near its floor [deg].
+    Empty where the error of ``fit`` is near its floor [deg].
     """
     if fit.rmse_deg <= _MISSES * floor_deg:
         return ()

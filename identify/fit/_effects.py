@@ -19,13 +19,13 @@ from servosight.models.core import Array
 
 SKETCH_BUDGET = 60
 WORSE = 1.02
-"""A sketch whose cost is so many times its base's is tried again from another start."""
+"""A sketch whose cost is above this multiple of its base's is tried again from another start."""
 POLISHED_STARTS = 3
 SEARCHED_STARTS = 24
 SHRUNK = (0.5, 0.25)
 """Guesses may be far too strong: these shares of their distance from neutral are starts as well."""
 VARIED_STARTS = 96
-"""Variations of the guesses, of which the cheapest are starts."""
+"""Number of variations of the guesses, of which those of lowest cost are starts."""
 VARIED_BY = 0.6
 """Standard deviation of these variations on a logarithmic scale."""
 
@@ -89,7 +89,7 @@ def initial_changes(problem: Problem, base: Solution) -> Array:
 
 
 def _starts(problem: Problem, base: Solution) -> Array:
-    """The effects' guesses and weaker ones, (starts, coordinates), the cheapest first."""
+    """The effects' guesses and weaker ones, (starts, coordinates), lowest cost first."""
     known = base.as_base.ordered
     made_for, starts = known.get(problem.effects, (None, None))
     if starts is None or made_for is not problem.masks:

@@ -9,11 +9,10 @@ import numpy as np
 from servosight.models.core import Recording
 
 _JUMP, _TIMES, _LEAST = 0.1, 3.0, 3
-"""A jump is so much of the angle's range and so many times the command's largest change between two
-samples; one alone may be a read error."""
+"""A jump of the angle is larger than a tenth of its range and than three times the largest change
+of the command between two samples. Three of them are needed: fewer may be read errors."""
 _MOVES = 0.2
-"""Of the commands at these times at most so many are the same as the one before, if they are
-measured."""
+"""A command that is a measured angle repeats its value at less than this share of the samples."""
 
 
 def exchanged_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:

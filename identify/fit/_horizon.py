@@ -7,11 +7,12 @@ from dataclasses import replace
 from servosight.identify.fit._solution import Solution, ended, polish
 
 HORIZONS = (2.0, 4.0, 8.0)
-"""The model predicts so many of its time constants T at a time, from the measured motion on."""
+"""Horizons in time constants T: over each the model predicts from the measured motion on."""
 BUDGET = 150
-"""Simulations of each fit over a horizon,"""
+"""Simulations of each fit over a horizon."""
 FIRST_BUDGET = 400
-"""and of that to the whole recording; it goes on to its end where it is clearly better by then."""
+"""Simulations of the fit to the whole recording, after which it is continued to its end only where
+it is clearly better."""
 CLEARLY = 0.9
 """A cost that is lower by this factor: 5 % of an rms error."""
 ROUNDS = 3

@@ -20,7 +20,7 @@ from servosight.identify.fit._lower import fit_lower
 from servosight.identify.fit._nested import contains, no_worse
 from servosight.identify.fit._own import own_values
 from servosight.identify.fit._result import Fit, parameter_table
-from servosight.identify.fit._solution import Solution, jumpy, polish
+from servosight.identify.fit._solution import Solution, discontinuous, polish
 from servosight.identify.problem import (
     BaseModel,
     Problem,
@@ -195,6 +195,6 @@ def _solved(problem: Problem, method: str, seed: int) -> tuple[Solution, Array]:
     if problem.effects:
         linear = polish(problem.linear, [start.point])
         solution = no_worse(solution, linear) if contains(solution, linear) else solution
-        if jumpy(problem).any():  # one search ends in one of many minima
+        if discontinuous(problem).any():  # one search ends in one of many minima
             solution = min(solution, fit_effects(problem, linear), key=lambda one: one.outcome.cost)
     return solution, search.history

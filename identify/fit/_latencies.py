@@ -18,9 +18,9 @@ from servosight.identify.uncertainty import by_recording, clock_slope, weighted_
 from servosight.models.core import Array, uncertain
 
 CLEAR = 3.0
-"""So many of its sigmas a latency must be, and"""
+"""A latency is reported only if it is larger than this multiple of its sigma."""
 GAIN = 0.05
-"""the error must fall by this share, before it is said."""
+"""Latencies are reported only if the error falls with them by at least this share."""
 ROUNDS = 3
 
 

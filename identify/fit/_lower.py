@@ -12,7 +12,7 @@ from servosight.identify.fit._together import fit_together
 from servosight.identify.problem import linear_start
 
 FAR, SEVERAL = 2.0, 2
-"""So many effects are fitted at once, where a search ends beyond so many times the error that
+"""Models of two effects or more are fitted at once where a search ends above twice the error that
 would be enough."""
 
 

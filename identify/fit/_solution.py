@@ -25,13 +25,13 @@ POLISH_BUDGET = 4_000
 FIRST_GENERATIONS = 3
 """Generations from each start, after which the best descent alone goes on."""
 FEW_STARTS, KEPT = 4, 3
-"""Of more starts than so many one in so many goes on after each of these generations."""
+"""With more than four starts, one in three of the descents is kept after each generation."""
 _MOVES = np.geomspace(1e-5, 0.1, 150)
-"""Discontinuous parameters are moved at random by such shares of their values,"""
+"""Shares of their values by which discontinuous parameters are moved at random."""
 _MOVED_STARTS = 3
-"""and descents begin at so many of the cheapest points."""
+"""Number of moved points at which descents begin: those of lowest cost."""
 _DRAWS = 2
-"""So often such moves are drawn before a fit is taken for the best."""
+"""Number of times that such moves are drawn before a fit is taken for the best."""
 _WIDE = 100.0
 _SMOOTHED = 1_000.0
 """Steps of difference quotients, times this, reach across the jumps of a prediction: about 1 %."""
@@ -102,7 +102,7 @@ def polish(problem: Problem, starts: Iterable[Array], budget: int = POLISH_BUDGE
     come to ``POLISH_BUDGET``: far from a minimum a little is gained each time.
     """
     begun = problem.work.simulations
-    if jumpy(problem).any():
+    if discontinuous(problem).any():
         starts = _smoothed(problem, starts, min(budget, _SMOOTHED_BUDGET))
     fit = _from_best(problem, starts, budget)
     for _ in problem.coordinates:
@@ -151,9 +151,9 @@ def _descent(problem: Problem, start: Array, wider: float = 0.0) -> LevenbergMar
     return LevenbergMarquardt(start, low, high, scale + wider * (scale + np.abs(start)))
 
 
-def jumpy(problem: Problem) -> Mask:
+def discontinuous(problem: Problem) -> Mask:
     """True for the coordinates with whose values a prediction jumps."""
-    return np.array([one.parameter.jumpy for one in problem.coordinates])
+    return np.array([one.parameter.discontinuous for one in problem.coordinates])
 
 
 def _smoothed(problem: Problem, starts: Iterable[Array], budget: int) -> list[Array]:
@@ -173,7 +173,7 @@ def _better(fit: Solution) -> Solution | None:
     neutral = _neutral(problem, outcome)
     if neutral is not None:
         return _from_best(problem, [neutral], POLISH_BUDGET)
-    if not jumpy(problem).any():
+    if not discontinuous(problem).any():
         return None
     for seed in range(_DRAWS):
         found = _from_best(problem, _moved(problem, outcome.point, seed), POLISH_BUDGET)
@@ -196,7 +196,7 @@ def _neutral(problem: Problem, outcome: Outcome) -> Array | None:
         if bound in (low[j], high[j]):
             trials.append(outcome.point.copy())
             trials[-1][j] = bound
-    return _cheapest(problem, trials, _LESS * outcome.cost)
+    return _lowest(problem, trials, _LESS * outcome.cost)
 
 
 def _moved(problem: Problem, point: Array, seed: int) -> Array:
@@ -205,7 +205,7 @@ def _moved(problem: Problem, point: Array, seed: int) -> Array:
     The others go where the difference quotient has the prediction change least: one parameter
     alone seldom leaves a minimum that it shares with them.
     """
-    moved = jumpy(problem)
+    moved = discontinuous(problem)
     wide = _WIDE * np.maximum(np.abs(point), 1.0 / _WIDE)
     # Where simulations fail a quotient may exceed all numbers, and tells nothing then.
     jacobian = np.nan_to_num(difference_quotient(problem, point, wide), posinf=0.0, neginf=0.0)
@@ -219,7 +219,7 @@ def _moved(problem: Problem, point: Array, seed: int) -> Array:
     return np.asarray(points[np.argsort(costs)[:_MOVED_STARTS]])
 
 
-def _cheapest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:
+def _lowest(problem: Problem, trials: Sequence[Array], below: float) -> Array | None:
     """Of some points the one that costs least, if that is less than ``below``."""
     if not trials:
         return None

@@ -21,24 +21,29 @@ from servosight.identify.search import half_squares
 from servosight.models.core import Array
 
 POINTS = 600
+"""Number of points that are drawn and simulated."""
 STARTS = 8
-"""So many points are simulated, and descents begin at so many of the cheapest,"""
+"""Number of these points at which descents begin: those of lowest cost."""
 FIRST_BUDGET = 150
-"""each with so many simulations; the best few go on to the end."""
+"""Simulations of each of these descents, after which they are compared."""
 FINISHED = 3
+"""Number of descents that are continued to their end: those of lowest cost."""
 SPAN_T_S = (0.005, 0.2)
 SPAN_XI = (0.1, 1.5)
 ABSENT = 0.3
-"""An effect is neutral in this share of the points, else its guesses count in such shares:"""
+"""Share of the points in which an effect is neutral."""
 SPAN_SHARE = (0.05, 1.5)
+"""Range of the factor by which an effect's guess is multiplied in the other points."""
 VARIED_POINTS = 200
+"""Number of variations of a fit that are simulated in a round."""
 VARIED_STARTS = 4
-"""From the cheapest of so many variations of a fit so many descents begin; one goes on;"""
+"""Number of variations at which short descents begin; the best of these is continued."""
 VARIED_BY = 0.25
-"""they have this standard deviation on a logarithmic scale, itself varied by a factor of two."""
+"""Standard deviation of the variations on a logarithmic scale, itself varied by a factor of two."""
 FAR = 10.0
-"""A fit above so many times the error that would be enough is not varied. At 4 an XL330's lower
-minimum was missed; at 12 and more a servo's variations took what single steps may cost."""
+"""A fit is varied only if its error is below this multiple of the error that would be enough. At 4
+an XL330's lower minimum was missed; at 12 and more a servo's variations took what single steps may
+cost."""
 ROUNDS, IN_VAIN = 5, 2
 """Rounds of variations at the most, and how many in a row may lower nothing."""
 
@@ -87,7 +92,7 @@ def fit_varied(fit: Solution, enough_deg: float = 0.0, most_cost: float = np.inf
 
 
 def _begun(problem: Problem, points: Array, costs: Array, starts: int) -> list[Solution]:
-    """Short descents from the cheapest of ``points``, the best first."""
+    """Short descents from those of lowest cost of ``points``, the best first."""
     found = [polish(problem, [points[i]], FIRST_BUDGET) for i in np.argsort(costs)[:starts]]
     return sorted(found, key=_cost)
 

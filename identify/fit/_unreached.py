@@ -20,13 +20,13 @@ from servosight.models.core import Array
 from servosight.models.effects import Effect
 
 SHARES = np.geomspace(8.0, 0.01, 60)
-"""Limits are sought among so many shares of their guess,"""
+"""Shares of a limit's first guess at which the cost is computed, from the largest down."""
 ACTS = 1e-3
-"""the largest that changes the cost by this share; tried are"""
+"""A limit acts from the largest share at which it changes the cost by at least this share."""
 BELOW = (0.85, 0.6, 0.4, 0.25)
-"""so many times that,"""
+"""The fits begin with the limit at these shares of the value at which it begins to act."""
 HELD_BUDGET, FREE_BUDGET = 100, 150
-"""with so many simulations while the limit is held, and then."""
+"""Simulations of a fit while the limit is held, and of the next one, in which it is free."""
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ class Problem:
         return pairs[:, 0], pairs[:, 1]
 
     @property
-    def pinned(self) -> Mask:
+    def is_held(self) -> Mask:
         """True for coordinates that are held, (coordinates,)."""
         low, high = self.bounds
         return np.asarray(low == high)
@@ -170,7 +170,7 @@ class Problem:
     @property
     def fitted(self) -> int:
         """How many of the shared coordinates are free."""
-        return self.physical - int(self.pinned[: self.physical].sum())
+        return self.physical - int(self.is_held[: self.physical].sum())
 
     @cached_property
     def stimuli(self) -> tuple[Stimulus, ...]:

@@ -13,9 +13,9 @@ import numpy as np
 from servosight.models.core import Array, Mask, Recording
 
 SMOOTHED_S = 0.02
-"""Angle and speed come from a parabola through the samples so near, on either side,"""
+"""Angle and speed come from a parabola through the samples within this time on either side."""
 FEWEST = 3
-"""or through so many on either side."""
+"""Number of samples on either side that the parabola takes where that time has fewer."""
 
 
 def restarts(recording: Recording, scored: Mask, horizon_s: float) -> Array:

@@ -284,6 +284,6 @@ def search_box(problem: Problem, linear: BaseModel) -> tuple[Array, Array]:
                 reach = 0.1 * linear.guess_features.speed_deg_s
             low[j] = max(low[j], centre - reach)
             high[j] = min(high[j], centre + reach)
-    held = problem.pinned
+    held = problem.is_held
     low[held] = high[held] = problem.bounds[0][held]
     return low, high

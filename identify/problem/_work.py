@@ -44,14 +44,14 @@ class Work:
         """The number of simulations and their cost so far."""
         return self.simulations, self.cost
 
-    def dearness(self, before: tuple[int, float]) -> float:
+    def relative_cost(self, before: tuple[int, float]) -> float:
         """The cost of a simulation since ``before`` over that of one until then; 1 where there is
         none.
 
         >>> work = Work(simulations=100, cost=200.0)
         >>> before = work.spent
         >>> work.simulations, work.cost = 102, 220.0
-        >>> work.dearness(before)
+        >>> work.relative_cost(before)
         5.0
         """
         count, cost = before

@@ -46,12 +46,12 @@ SHOWN = 3.0
 OF_NOISE = 6.0
 """Nor is play of fewer standard deviations of the horn's noise: a gap that wide smooths noise."""
 _MOST = 5_000
-"""The gap is sought on so many samples; a curve through more costs time and changes nothing."""
+"""Most samples on which the gap is sought: a curve through more costs time and changes nothing."""
 _GAPS = 41
 _ROUNDS = 5
 _PLACES = 9
 _REACH = 2
-"""Motion is judged over so many samples to either side."""
+"""Number of samples to either side over which motion is judged."""
 _INNER = (0.02, 0.98)
 """The ratio is given between these quantiles of the horn's angle: beyond, it is extrapolated."""
 

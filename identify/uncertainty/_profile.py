@@ -14,9 +14,6 @@ from servosight.identify.problem import Problem
 from servosight.identify.search import DescentOptions, LevenbergMarquardt, drive
 from servosight.models.core import Array
 
-CHI_SQUARE_95 = 3.841
-"""95 % of a chi-square with one degree of freedom."""
-
 _BUDGET = 100
 _NOTICED = 0.02
 """A refit ends where a generation gains less than this on twice the log-likelihood."""

@@ -13,14 +13,14 @@ from servosight.identify.problem import Coordinate, Problem
 from servosight.identify.uncertainty._clock import like_a_shift, of_clocks, offset_slopes
 from servosight.identify.uncertainty._correlation import by_recording
 from servosight.identify.uncertainty._matrix import Matrix, inverse_within
-from servosight.identify.uncertainty._profile import CHI_SQUARE_95, LikelihoodProfile
+from servosight.identify.uncertainty._profile import LikelihoodProfile
 from servosight.identify.uncertainty._sampling import misfit_share, sampling_covariance
-from servosight.models.core import Array, Estimate
+from servosight.models.core import CHI_SQUARE_95, Array, Estimate
 
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
 _VAGUE = 10.0
-"""A sigma of so many times the value is not reported."""
+"""A sigma above this multiple of the value is not reported."""
 _ROUNDING_DEG2 = 1e-24
 """Variance of what rounding leaves of an angle of some degrees."""
 
@@ -63,7 +63,7 @@ class Uncertainty:
         That of the samples, and errors that all samples of a recording share (of calibration and of
         the clocks): no number of samples averages these out.
         """
-        calibration, clocks = self._moved(self.problem.shared), self._moved(self._timing)
+        calibration, clocks = self._propagated(self.problem.shared), self._propagated(self._timing)
         return self.sampling + calibration @ calibration.T + clocks @ clocks.T
 
     @cached_property
@@ -82,16 +82,16 @@ class Uncertainty:
             self.misfit,
             int(self.free.sum()),
         )
-        result[self.problem.pinned, :] = result[:, self.problem.pinned] = 0.0  # taken as exact
+        result[self.problem.is_held, :] = result[:, self.problem.is_held] = 0.0  # taken as exact
         return result
 
-    def _moved(self, common: Array) -> Array:
-        """What residuals (scored, errors) that all samples share make of the point; 0 where held.
+    def _propagated(self, common: Array) -> Array:
+        """Errors of the point from residuals (scored, errors) that all samples share; 0 where held.
 
         (coordinates, errors).
         """
         moved = np.nan_to_num(self.inverse) @ (self.jacobian.T @ common)
-        moved[self.problem.pinned] = 0.0
+        moved[self.problem.is_held] = 0.0
         return np.asarray(moved)
 
     @cached_property
@@ -115,7 +115,7 @@ class Uncertainty:
         return np.asarray(slopes[:, np.isfinite(sigmas_s)] * sigmas_s[np.isfinite(sigmas_s)])
 
     @cached_property
-    def timed(self) -> NDArray[np.bool_]:
+    def confounded_with_offset(self) -> NDArray[np.bool_]:
         """True for shared coordinates that cannot be distinguished from an unknown clock offset."""
         slopes, sigmas_s = self._offsets
         known = np.isfinite(np.diag(self.inverse))
@@ -200,7 +200,7 @@ class Uncertainty:
     def _of_clocks(self, table: Mapping[str, Estimate]) -> list[str]:
         """A sentence on the parameters that the offset of the clocks leaves uncertain."""
         _, offset_sigmas_s = self._offsets
-        return of_clocks(table, self._share(self._moved(self._timing)), offset_sigmas_s)
+        return of_clocks(table, self._share(self._propagated(self._timing)), offset_sigmas_s)
 
     def _share(self, moved: Array) -> Array:
         """The share of each coordinate's variance that comes from errors all samples share."""
@@ -209,7 +209,7 @@ class Uncertainty:
 
     def shared_shares(self, estimates: Mapping[str, Estimate]) -> dict[str, float]:
         """The same of the shared parameters that have a sigma, calibration and clocks together."""
-        shares = self._share(self._moved(np.hstack([self.problem.shared, self._timing])))
+        shares = self._share(self._propagated(np.hstack([self.problem.shared, self._timing])))
         names = [coordinate.name for coordinate in self.problem.coordinates]
         found = zip(names[: self.problem.physical], shares, strict=False)
         return {name: float(share) for name, share in found if estimates[name].sigma}
@@ -244,7 +244,7 @@ class Uncertainty:
     def _sigma(
         self, index: int, coordinate: Coordinate, value: float, profiled: bool
     ) -> tuple[float | None, str | None]:
-        if self.problem.pinned[index]:
+        if self.problem.is_held[index]:
             return 0.0, None
         if not self.free[index]:
             return None, f"{coordinate.name} is at a bound of its range" + self._limit(index)
@@ -253,7 +253,7 @@ class Uncertainty:
                 f"{coordinate.name} cannot be determined from this recording: a model without it "
                 f"fits as well{self._limit(index)}; use a command that reaches it"
             )
-        if self.timed[index]:
+        if self.confounded_with_offset[index]:
             return None, (
                 f"{coordinate.name} cannot be distinguished from the latency of camera or log: the "
                 f"offset between the time stamps of command and angle is not known; film a "

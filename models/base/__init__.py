@@ -33,7 +33,7 @@ from servosight.models.base._progress import FrameProgress as FrameProgress
 from servosight.models.base._progress import StageProgress as StageProgress
 from servosight.models.base._progress import silent as silent
 from servosight.models.base._temporary import discard_all as discard_all
-from servosight.models.base._temporary import sweep as sweep
+from servosight.models.base._temporary import remove_stale_temporaries as remove_stale_temporaries
 from servosight.models.base._temporary import temporary_file as temporary_file
 from servosight.models.base._temporary import temporary_folder as temporary_folder
 from servosight.models.base._wording import column_map as column_map

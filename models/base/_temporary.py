@@ -44,7 +44,7 @@ def discard_all() -> None:
         discard(path)
 
 
-def sweep(folder: Path) -> None:
+def remove_stale_temporaries(folder: Path) -> None:
     """Remove the temporaries in ``folder`` that killed runs left, once in a process's life."""
     if folder in _swept:
         return
@@ -58,7 +58,7 @@ def sweep(folder: Path) -> None:
 
 
 def _claim(target: Path, flags: int) -> Path:
-    sweep(target.parent)
+    remove_stale_temporaries(target.parent)
     head = target.name[:_LONGEST]
     for left in reversed(range(_ATTEMPTS)):
         unique = f"servosight-{os.getpid()}-{os.urandom(4).hex()}"

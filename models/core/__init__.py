@@ -45,6 +45,9 @@ from servosight.models.core._camera import exposure_nodes as exposure_nodes
 from servosight.models.core._covariance import covariance_to_keep as covariance_to_keep
 from servosight.models.core._covariance import kept_covariance as kept_covariance
 from servosight.models.core._frozen import Frozen as Frozen
+from servosight.models.core._given import is_same_run as is_same_run
+from servosight.models.core._given import one_or_more as one_or_more
+from servosight.models.core._given import refuse_repeats as refuse_repeats
 from servosight.models.core._light import lit_share as lit_share
 from servosight.models.core._nrmse import fit_percent as fit_percent
 from servosight.models.core._parameter import CORE as CORE
@@ -65,10 +68,9 @@ from servosight.models.core._result import SCHEMA as SCHEMA
 from servosight.models.core._result import Result as Result
 from servosight.models.core._result import Table as Table
 from servosight.models.core._runs import runs_of as runs_of
-from servosight.models.core._views import is_same_run as is_same_run
-from servosight.models.core._views import one_or_more as one_or_more
+from servosight.models.core._statistics import CHI_SQUARE_95 as CHI_SQUARE_95
+from servosight.models.core._statistics import rms as rms
 from servosight.models.core._views import read_by_servo as read_by_servo
-from servosight.models.core._views import refuse_repeats as refuse_repeats
 from servosight.models.core._views import views as views
 from servosight.models.core.display import Rows as Rows
 from servosight.models.core.display import axes_of as axes_of

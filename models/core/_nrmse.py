@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servosight.models.core._arrays import Array
+from servosight.models.core._statistics import rms
 
 
 def fit_percent(rmse_deg: float, angles_deg: Sequence[Array], floor_deg: float) -> float | None:
@@ -22,5 +23,5 @@ def fit_percent(rmse_deg: float, angles_deg: Sequence[Array], floor_deg: float) 
     >>> fit_percent(0.1, [np.array([5.0, 5.0])], 0.03)
     """
     away = np.concatenate([angle - angle.mean() for angle in angles_deg if angle.size])
-    spread = float(np.sqrt(np.mean(away**2)))
+    spread = rms(away)
     return 100.0 * (1.0 - rmse_deg / spread) if spread > floor_deg else None

@@ -43,9 +43,9 @@ class Parameter:
 
     ``low`` and ``high`` bound the value in its own unit; ``high`` may be infinite only together
     with an infinite ``neutral``. A ``circular`` value begins anew at its bounds, as a phase does:
-    the search may pass them by a whole turn. Where ``jumpy``, a prediction jumps with the value,
-    and no slope leads to the best one. Where ``free_unit``, the recording chooses its unit, and the
-    bounds say nothing of its size.
+    the search may pass them by a whole turn. Where ``discontinuous``, a prediction jumps as the
+    value changes, and no slope leads to the best one. Where ``free_unit``, the recording chooses
+    its unit, and the bounds say nothing of its size.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Parameter:
     meaning: str = ""
     scaling: Scaling = FIXED
     circular: bool = False
-    jumpy: bool = False
+    discontinuous: bool = False
     free_unit: bool = False
 
     def __post_init__(self) -> None:

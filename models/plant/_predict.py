@@ -11,7 +11,7 @@ from servosight.models.effects import Effect
 from servosight.models.plant._plant import Plant, Stimulus
 
 FIRST_SAMPLES = 5
-"""The state at a recording's start is read off so many samples."""
+"""Number of samples from which the state at a recording's start is read."""
 
 
 def predict(

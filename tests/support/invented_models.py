@@ -81,8 +81,8 @@ class InventedModels:
     the effects beside which alone one shows;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
-    T to a bound; ``on_command`` are effects of the command, ``jumpy`` those with whose parameters a
-    prediction jumps; ``done`` is told of every fit in order.
+    T to a bound; ``on_command`` are effects of the command, ``discontinuous`` those with whose
+    parameters a prediction jumps; ``done`` lists every fit in order.
     """
 
     errors: Mapping[str, float]
@@ -101,7 +101,7 @@ class InventedModels:
     driven: Mapping[str, str] = field(default_factory=dict)
     core_at_bounds: Sequence[str] = ()
     on_command: str = ""
-    jumpy: str = ""
+    discontinuous: str = ""
     trials: dict[object, InventedTrial] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -120,7 +120,7 @@ class InventedModels:
                 usual=self.usual.get(n),
                 together_with=tuple(self.beside.get(n, "")),
                 place=Place.COMMAND if n in self.on_command else Place.LOAD,
-                parameters=(SimpleNamespace(jumpy=n in self.jumpy),),
+                parameters=(SimpleNamespace(discontinuous=n in self.discontinuous),),
             )
             for n in names
         }

@@ -15,7 +15,7 @@ _BLOCKS = 20
 _SHOWN = 5.0
 """Sigmas from which the order counts as seen; by chance it is wrong less than once in a million."""
 _REACH = 2
-"""Motion is judged over so many frames to either side."""
+"""Number of frames to either side over which motion is judged."""
 _FEWEST = 60
 _APART = 0.1
 """By what share of its motion an angle may differ from what follows from the other."""

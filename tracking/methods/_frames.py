@@ -157,7 +157,7 @@ def _check_camera(film: Film) -> None:
     if film.camera.unclear > MOST_UNCLEAR:
         raise InputError(
             f"{film.path}: the camera moves, and in {film.camera.unclear:.0%} of the pictures "
-            "looked at the features of the background do not tell by how much; expected a "
+            "looked at the features of the background do not show by how much; expected a "
             "background with texture, sharp and in good light, or a camera that is mounted."
         )
 

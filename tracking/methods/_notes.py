@@ -43,7 +43,7 @@ def left_out(track: Track, first: int, last: int, lost: bool) -> tuple[str, ...]
     if lost:
         first, last = np.flatnonzero(track.found)[[0, -1]].tolist()
         notes.append(
-            "the part looks the same at several angles: how far it turned is told from "
+            "the part looks the same at several angles: its angle is unambiguous only from "
             f"{track.time_s[first]:.2f} to {track.time_s[last]:.2f} s; the rest is left out"
         )
     return tuple(notes)

@@ -11,9 +11,9 @@ from servosight.models.core import Array, Estimate, Parameter
 from servosight.models.effects import Effect
 
 FEWEST_SIGMAS = 1.0
-"""A parameter less than so many sigmas from its neutral value has not been measured."""
+"""A parameter closer to its neutral value than this number of sigmas has not been measured."""
 SURE_SIGMAS = 2.0
-"""What an effect has beyond its special case is shown by a parameter so many sigmas from there."""
+"""Sigmas from its special case from which on a parameter shows what an effect has beyond that."""
 
 Parameters = Mapping[str, Estimate | tuple[Estimate, ...]]
 

@@ -27,7 +27,7 @@ from servosight.models.effects import Effect
 LEAST = 0.5
 """An effect that is named in a smaller share of the resamples is not called missing."""
 RIVALS = 5
-"""So many of the best other models compete."""
+"""Number of other models that compete: the best ones."""
 
 EffectSet = frozenset[str]
 EffectNames = tuple[str, ...]
@@ -142,23 +142,24 @@ def stable_steps(
 
     Where more than half of them name one other model, that takes the place of the chosen one. Of
     the effects that are left, those go that less than half name, or a special case of them takes
-    their place that more name. No step leads to a model of a higher price: an effect that the error
-    cannot do without stays in the model, though its name is uncertain.
+    their place that more name. No step leads to a model of a higher penalised error: an effect that
+    the error cannot do without stays in the model, though its name is uncertain.
     """
     steps = list(selected.steps)
 
-    def is_cheap(trial: Trial) -> bool:
-        return criterion.price(trial.score) <= criterion.price(steps[-1].trial.score)
+    def is_low_enough(trial: Trial) -> bool:
+        most = criterion.penalised_error(steps[-1].trial.score)
+        return criterion.penalised_error(trial.score) <= most
 
     swap = _swap(models, criterion, steps[-1].trial, found)
-    if swap is not None and is_cheap(swap.trial):
+    if swap is not None and is_low_enough(swap.trial):
         steps.append(swap)
     for name in found.uncertain:
         trial = steps[-1].trial
         special = _special_case(models, trial, name, found)
-        if special is not None and is_cheap(special.trial):
+        if special is not None and is_low_enough(special.trial):
             steps.append(special)
-        elif name in trial.effects and is_cheap(smaller := _without(models, trial, name)):
+        elif name in trial.effects and is_low_enough(smaller := _without(models, trial, name)):
             steps.append(Step(smaller, removed=name))
     return replace(selected, steps=tuple(steps))
 

@@ -14,9 +14,9 @@ from servosight.diagnose.residuals.findings._finding import Case, Finding, Test,
 from servosight.models.core import Array
 
 STRONGER = 1.5
-"""Errors are called larger where they are so many times the others."""
+"""Errors are called larger from this multiple of the others on."""
 CROWDED = 1.25
-"""A kind of motion is named where its share of the squared error is so many times that of time."""
+"""A kind of motion is named from this ratio of its shares of squared error and of time on."""
 MONOTONE = 0.9
 """Rank correlation of the error with time from which on it drifts."""
 GROWS = (0.35, 1.4)

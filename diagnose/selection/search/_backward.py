@@ -271,12 +271,12 @@ class BackwardSearch:
         """Leave out one effect after the other, each time the one that is missed least, or put a
         special case in its place.
 
-        Effects at a bound go first: no model is accepted with them, however low its price.
-        It ends where all simulations are spent, or where what is left is much dearer than the
-        cheapest of its line. A model that is near the floor on the fitted data has what these show,
+        Effects at a bound go first: no model is accepted with them, whatever its penalised error.
+        It ends where all simulations are spent, or where the penalised error is far above the least
+        of its line. A model that is near the floor on the fitted data has what these show,
         and leaving out costs little: it may go on a while.
         """
-        least = self.visited.price(trial)
+        least = self.visited.penalised_error(trial)
         most = self.effort.most(self.models)
         end = self.effort.search_share * most
         if self._is_near(trial):
@@ -290,7 +290,7 @@ class BackwardSearch:
                 self.progress(f"trying without {name}", i, len(first))
                 smaller.append(self.visited.without(trial, name))
                 smaller += self.visited.special_cases(trial, name)
-            trial = min(smaller, key=self.visited.price)
-            least = min(least, self.visited.price(trial))
-            if not self.visited.criterion.near(self.visited.price(trial), least):
+            trial = min(smaller, key=self.visited.penalised_error)
+            least = min(least, self.visited.penalised_error(trial))
+            if not self.visited.criterion.near(self.visited.penalised_error(trial), least):
                 break

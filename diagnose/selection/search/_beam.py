@@ -1,4 +1,4 @@
-"""From below along several paths at once: the cheapest models seen, each with one effect more."""
+"""From below along several paths at once: the best-ranked models, each with one effect more."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class BeamSearch:
     progress: StageProgress
 
     def search(self) -> None:
-        """Extend the cheapest models as long as what they lead to is clearly cheaper.
+        """Extend the best-ranked models as long as the penalised error clearly falls.
 
         A model at the floor is not extended: no error below it is better.
         """
         extended: set[Key] = set()
-        while not self.visited.criterion.done(self._cheapest().score):
-            best = self.visited.price(self._cheapest())
+        while not self.visited.criterion.done(self._best().score):
+            best = self.visited.penalised_error(self._best())
             beam = [trial for trial in self._beam() if trial.key not in extended]
             for trial in beam:
                 if self.effort.is_spent(self.models):
@@ -36,30 +36,32 @@ class BeamSearch:
             if not self._is_below(best) and not self._varied_below(best):
                 return
 
-    def _cheapest(self) -> Trial:
+    def _best(self) -> Trial:
         return self.visited.ranked()[0]
 
-    def _is_below(self, price: float) -> bool:
-        """True where a model clearly cheaper than ``price`` is known."""
-        return self.visited.criterion.clearly_cheaper(self.visited.price(self._cheapest()), price)
+    def _is_below(self, penalised_error: float) -> bool:
+        """True where a model clearly below ``penalised_error`` is known."""
+        return self.visited.criterion.clearly_lower(
+            self.visited.penalised_error(self._best()), penalised_error
+        )
 
-    def _varied_below(self, price: float) -> bool:
-        """The same once the cheapest model with effects, and the best of those with one effect
+    def _varied_below(self, penalised_error: float) -> bool:
+        """The same once the best-ranked model with effects, and the best of those with one effect
         more, were fitted from variations of themselves.
 
         What a wrong minimum hides may show from a lower one: all that is to be tried behind it.
-        A model that is much dearer than the cheapest is not varied.
+        A model far above the least penalised error is not varied.
         """
-        cheapest = self._cheapest()
-        least, enough_deg = self.visited.price(cheapest), self.visited.criterion.enough_deg
-        for trial in (cheapest, self._larger(cheapest)):
+        best = self._best()
+        least, enough_deg = self.visited.penalised_error(best), self.visited.criterion.enough_deg
+        for trial in (best, self._larger(best)):
             if trial is None or not trial.effects or self.effort.is_spent(self.models):
                 continue
-            if not self.visited.criterion.near(self.visited.price(trial), least):
+            if not self.visited.criterion.near(self.visited.penalised_error(trial), least):
                 continue
-            self.progress("varying the cheapest models", 0, 1)
+            self.progress("varying the best-ranked models", 0, 1)
             self.effort.varied(self.models, self.models.finished(trial), enough_deg)
-            if self._is_below(price):
+            if self._is_below(penalised_error):
                 return True
         return False
 
@@ -75,7 +77,7 @@ class BeamSearch:
         return min(larger, key=lambda one: one.score.train_rmse_deg, default=None)
 
     def _beam(self) -> list[Trial]:
-        """The cheapest models; one that fits as another does is that one by another name."""
+        """The best-ranked models; one that fits as another does is that one by another name."""
         criterion, beam = self.visited.criterion, list[Trial]()
         for trial in self.visited.ranked():
             apart = (

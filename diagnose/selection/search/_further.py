@@ -25,15 +25,15 @@ def with_further(
     settled: Callable[[Trial], Iterable[Step]],
 ) -> list[Step]:
     """The steps, the last one varied, and further ones as long as an effect more is accepted and
-    lowers the price.
+    lowers the penalised error.
 
     None where the last model explains the data. They may cost the share ``further_share`` of what a
     search may. ``settled`` are steps to a model's special cases, before and after. Where no effect
     is accepted, one may have been driven to the bound at which an effect that is there is its
     special case: where only few seconds tell the two apart, it gives way to that, and the same is
-    done again. What leads to no lower price is not done.
+    done again. What leads to no lower penalised error is not done.
     """
-    price = visited.criterion.overall_price
+    penalised_error = visited.criterion.overall_penalised_error
     begun = [*steps, *settled(steps[-1].trial)]
     if not _wants_more(begun[-1].trial, visited):
         return begun
@@ -41,10 +41,10 @@ def with_further(
     found = _extended(begun, visited, effort, most)
     special: list[Step] = []
     if len(found) == len(begun):
-        special = list(to_special_cases(found[-1].trial, visited, partial(_is_cheap, visited)))
+        special = list(to_special_cases(found[-1].trial, visited, partial(_is_low_enough, visited)))
     if special:
         other = _extended([*found, *special], visited, effort, most)
-        found = min(found, other, key=lambda one: price(one[-1].trial.score))
+        found = min(found, other, key=lambda one: penalised_error(one[-1].trial.score))
     return [*found, *settled(found[-1].trial)]
 
 
@@ -57,9 +57,9 @@ def _extended(
     while models.work.cost < most and _wants_more(found[-1].trial, visited):
         found[-1] = _varied(found[-1], visited, most)
         base = found[-1].trial
-        best = min(_larger(base, visited, effort), key=visited.price, default=base)
-        cheaper = visited.price(best) < visited.price(base)
-        if not cheaper or not criterion.earns(best.score, base.score, len(models.candidates(base))):
+        best = min(_larger(base, visited, effort), key=visited.penalised_error, default=base)
+        lower = visited.penalised_error(best) < visited.penalised_error(base)
+        if not lower or not criterion.earns(best.score, base.score, len(models.candidates(base))):
             break
         found.append(step_to(best, base))
     return found
@@ -72,19 +72,19 @@ def _wants_more(trial: Trial, visited: Visited) -> bool:
     return able and not visited.models.explained_whole(trial, criterion)
 
 
-def _is_cheap(visited: Visited, special: Trial, trial: Trial) -> bool:
-    """False where ``special`` is dearer than ``trial`` by an effect's price, or by more than the
+def _is_low_enough(visited: Visited, special: Trial, trial: Trial) -> bool:
+    """False where ``special`` is above ``trial`` by an effect's penalty, or by more than the
     errors scatter from block to block."""
     criterion = visited.criterion
-    most = criterion.overall_price(trial.score) + criterion.policy.effect_price
-    cheap = criterion.overall_price(special.score) <= most
-    return cheap and not criterion.is_dearer(special.score, trial.score)
+    most = criterion.overall_penalised_error(trial.score) + criterion.policy.effect_penalty
+    low = criterion.overall_penalised_error(special.score) <= most
+    return low and not criterion.is_higher(special.score, trial.score)
 
 
 def _varied(step: Step, visited: Visited, most: float) -> Step:
     """The step to its model, or to a better fit of the same effects if these are all accepted."""
     varied = visited.models.varied(step.trial, visited.criterion.enough_deg, most)
-    lower = visited.price(varied) < visited.price(step.trial)
+    lower = visited.penalised_error(varied) < visited.penalised_error(step.trial)
     return replace(step, trial=varied) if lower and visited.is_accepted(varied) else step
 
 

@@ -3,7 +3,7 @@
 There no noise decides between two models but where the misfit of each happens to fall, and the few
 seconds of validation that chose one of them choose another in the next run of the same servo. So
 the error of all fitted and validation samples counts, once the model is fitted to all of these, and
-between models of about one price an order in which no data take part.
+between models of about equal penalised error an order in which no data take part.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def with_own_gain(steps: Sequence[Step], visited: Visited) -> list[Step]:
     ]
     if not able:
         return list(steps)
-    return steps_to(steps, visited, min(able, key=lambda one: criterion.price(one.score)))
+    return steps_to(steps, visited, min(able, key=lambda one: criterion.penalised_error(one.score)))
 
 
 def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -> list[Step]:
@@ -79,7 +79,7 @@ def with_weight(steps: Sequence[Step], visited: Visited, effort: SearchEffort) -
 def _weight_beside(
     visited: Visited, last: Trial, linear: Trial, weights: Sequence[str], effort: SearchEffort
 ) -> Trial | None:
-    """``last`` with k held and a weight if that is cheaper and each effect is accepted.
+    """``last`` with k held and a weight if that ranks better and each effect is accepted.
 
     Such a k may have hidden a further effect as well, and another may have made up for what it is
     not: that one which ``last`` can best do without.
@@ -101,7 +101,7 @@ def _weight_beside(
 
 def _whole_instead(visited: Visited, last: Trial, linear: Trial) -> Trial | None:
     """``last`` with k held and an ordinary effect in the place of its special case, if that is
-    cheaper and each effect is accepted: such a k made up for what the special case lacks."""
+    better ranked and each effect is accepted: such a k made up for what the special case lacks."""
     models, ordinary = visited.models, visited.criterion.policy.ordinary
     able = set(models.candidates(last)) & set(ordinary)
     names = [n for n in able if not set(last.effects).isdisjoint(models.catalogue[n].contains)]
@@ -115,7 +115,7 @@ def _itself_and_less(visited: Visited, last: Trial) -> Iterator[Trial]:
     yield last
     names = visited.removable(last)
     if names:
-        yield min((visited.without(last, name) for name in names), key=visited.price)
+        yield min((visited.without(last, name) for name in names), key=visited.penalised_error)
 
 
 def _is_worse(trial: Trial, than: Trial, criterion: AcceptanceCriterion) -> bool:
@@ -128,7 +128,7 @@ def _weight_explaining(
 ) -> Trial | None:
     """``last`` with k held and a weight, in the place of one of its effects or beside them all.
 
-    Both explain the data: so the noise must tell them apart.
+    Both explain the data: so the noise must distinguish them.
     """
     models, criterion = visited.models, visited.criterion
 
@@ -142,26 +142,27 @@ def _weight_explaining(
         led = sorted(sketches(bases), key=lambda one: one[0].fit.outcome.cost)
         for sketch, base, weight in led[:1]:
             found = models.finished(models.extended(base, weight, sketch))
-            told = not criterion.tied(criterion.evidence(found.score, last.score))
-            if told and criterion.explained(found.score) and visited.is_accepted(found):
+            distinct = not criterion.tied(criterion.evidence(found.score, last.score))
+            if distinct and criterion.explained(found.score) and visited.is_accepted(found):
                 return found
     return None
 
 
 def _takes_over(visited: Visited, trial: Trial, last: Trial) -> bool:
-    """Whether a model is cheaper than ``last``, with each of its effects accepted."""
-    return visited.price(trial) < visited.price(last) and visited.is_accepted(trial)
+    """Whether a model ranks better than ``last``, with each of its effects accepted."""
+    lower = visited.penalised_error(trial) < visited.penalised_error(last)
+    return lower and visited.is_accepted(trial)
 
 
 def _extended(visited: Visited, base: Trial, names: Iterable[str]) -> Trial:
-    """``base`` with that one of some effects which makes it cheapest, fitted to its end."""
+    """``base`` with the one of some effects with which it ranks best, fitted to its end."""
     models = visited.models
     larger = (models.finished(models.extended(base, name)) for name in sorted(names))
-    return min(larger, key=visited.price)
+    return min(larger, key=visited.penalised_error)
 
 
 def preferred(visited: Visited, last: Trial, effort: SearchEffort) -> Trial:
-    """The model in the place of ``last``: fewest assumptions among the cheapest of all tried.
+    """The model in the place of ``last``: fewest assumptions among the best-ranked of all tried.
 
     ``last`` stays where it explains the data, has no effects, or was chosen by recordings of their
     own.
@@ -194,44 +195,47 @@ def fewest_assumptions(
     """The preferred one of what was ``tried``, ``last`` among them, by the errors of their
     ``whole`` fits.
 
-    Its price is at most that of one effect above the least of those that are accepted, and none of
+    Its penalised error is at most an effect's penalty above the least accepted one, and none of
     these is the same with an effect more that would be accepted. An assumption is an effect, or a k
     other than 1: that is what a loop with its sensor on the output has but for load and friction.
-    Of as many assumptions those without another k come first, then the cheapest.
+    Of as many assumptions those without another k come first, then the best-ranked.
     """
     with_effects = [one for one in tried if one.effects]
     near: list[tuple[float, Trial]] = []
     most = math.inf
-    for price, one in _cheapest_first(with_effects, criterion, whole):
-        if price > most:
+    for penalised_error, one in _lowest_first(with_effects, criterion, whole):
+        if penalised_error > most:
             break
-        near.append((price, one))
+        near.append((penalised_error, one))
         if most == math.inf and (one.key == last.key or is_accepted(one)):
-            most = price + criterion.policy.effect_price
+            most = penalised_error + criterion.policy.effect_penalty
     open_ = [
-        (_assumptions(one), one.score.gain_fitted, price, one)
-        for price, one in near
+        (_assumptions(one), one.score.gain_fitted, penalised_error, one)
+        for penalised_error, one in near
         if not any(_supersedes(other, one, criterion) for _, other in near)
     ]
     ordered = (one for *_, one in sorted(open_, key=lambda each: each[:3]))
     return next((one for one in ordered if one.key == last.key or is_accepted(one)), last)
 
 
-def _cheapest_first(
+def _lowest_first(
     tried: Iterable[Trial], criterion: AcceptanceCriterion, whole: Callable[[Trial], Score]
 ) -> Iterator[tuple[float, Trial]]:
-    """Models and the prices of their whole fits, which are made only of those whose fits to fewer
-    samples could lead to so low a price."""
-    number = itertools.count()  # of two at one price the first one comes first
-    waiting = [(criterion.least_price(one.score), False, next(number), one) for one in tried]
+    """Models and the penalised errors of their whole fits, lowest first.
+
+    A whole fit is made only of those whose fits to fewer samples could lead to so low a value."""
+    number = itertools.count()  # of two at the same value the first one comes first
+    waiting = [
+        (criterion.least_penalised_error(one.score), False, next(number), one) for one in tried
+    ]
     heapq.heapify(waiting)
     while waiting:
-        price, fitted, place, one = heapq.heappop(waiting)
+        penalised_error, fitted, place, one = heapq.heappop(waiting)
         if fitted:
-            yield price, one
+            yield penalised_error, one
         else:
-            price = criterion.overall_price(whole(one))
-            heapq.heappush(waiting, (price, True, place, one))
+            penalised_error = criterion.overall_penalised_error(whole(one))
+            heapq.heappush(waiting, (penalised_error, True, place, one))
 
 
 def _supersedes(other: Trial, trial: Trial, criterion: AcceptanceCriterion) -> bool:
@@ -265,7 +269,7 @@ def _fit_ordinary(visited: Visited, last: Trial) -> None:
 
 
 def _fit_unloaded(visited: Visited, last: Trial) -> None:
-    """Fit the cheapest models in which k is fitted with k held at 1, from where they are.
+    """Fit the best-ranked models in which k is fitted with k held at 1, from where they are.
 
     Of those that then have no more assumptions than ``last``.
     """
@@ -275,7 +279,7 @@ def _fit_unloaded(visited: Visited, last: Trial) -> None:
         return
     free = [one for one in visited.ranked() if one.effects and one.score.gain_fitted]
     able = [one for one in free if len(one.effects) <= _assumptions(last)]
-    for trial in sorted(able, key=lambda one: criterion.overall_price(one.score))[
+    for trial in sorted(able, key=lambda one: criterion.overall_penalised_error(one.score))[
         : criterion.policy.unloaded
     ]:
         models.refitted(trial, linear.fit.problem.held)

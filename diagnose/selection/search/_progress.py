@@ -10,7 +10,7 @@ from servosight.models.core import BEST_SO_FAR, StageProgress, degrees, spoken, 
 
 @dataclass
 class BestSoFar:
-    """Shows each stage; before it the model of the lowest price, where that is another one now."""
+    """Shows each stage; before it the best-ranked model, where that is another one now."""
 
     visited: Visited
     shown: StageProgress

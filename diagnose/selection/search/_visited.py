@@ -1,4 +1,4 @@
-"""The models that a search has fitted, and which of them is the best at the lowest price."""
+"""The models that a search has fitted, ranked by their penalised error."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from servosight.diagnose.selection.trials import (
 
 @dataclass(frozen=True)
 class Visited:
-    """All trials of a selection, ranked by price whatever way led to them.
+    """All trials of a selection, ranked by penalised error whatever way led to them.
 
     ``ways`` are the reductions that were tried: from which model and cost, by which effect.
     """
@@ -27,18 +27,20 @@ class Visited:
     criterion: AcceptanceCriterion
     ways: set[tuple[Key, str, float]] = field(default_factory=set, compare=False)
 
-    def price(self, trial: Trial) -> float:
+    def penalised_error(self, trial: Trial) -> float:
         """The lower the better: validation error and number of effects."""
-        return self.criterion.price(trial.score)
+        return self.criterion.penalised_error(trial.score)
 
     def ranked(self) -> list[Trial]:
-        """Lowest price first, of those that what the user knows allows.
+        """Lowest penalised error first, of those that what the user knows allows.
 
         Those with a parameter at a bound come last: none is accepted, and what extends them has it.
         """
         allows = self.models.known.allows
         allowed = [trial for trial in self.models.trials.values() if allows(trial.effects)]
-        return sorted(allowed, key=lambda trial: (self.at_bound(trial), self.price(trial)))
+        return sorted(
+            allowed, key=lambda trial: (self.at_bound(trial), self.penalised_error(trial))
+        )
 
     def at_bound(self, trial: Trial) -> bool:
         """True where an effect that the user does not require rests on a bound of its range.
@@ -61,7 +63,7 @@ class Visited:
         return trial.score.validation_rmse_deg > first.validation_rmse_deg
 
     def best(self) -> Trial:
-        """The model of the lowest price, fitted to the end, each of whose effects is accepted.
+        """The best-ranked model each of whose effects is accepted, fitted to the end.
 
         Without effects it is the first model of the steps, and not that with k held, from which no
         step leads on. Effects that the user requires need not earn it. k is fitted where the same
@@ -77,7 +79,7 @@ class Visited:
                 return begun
             ended = self._ended(first)
             if self.models.trials[first.key] is not first and not ended.fit.out_of_budget:
-                continue  # fitted on, it has another price
+                continue  # fitted on, it has another penalised error
             if self.is_accepted(ended):
                 return ended
             refused.add(first.key)
@@ -105,7 +107,7 @@ class Visited:
     def _is_smooth(self, name: str) -> bool:
         """False for an effect with whose parameters a prediction jumps: a fit with it costs many
         times one without, so what does without it is fitted first."""
-        return not any(one.jumpy for one in self.models.catalogue[name].parameters)
+        return not any(one.discontinuous for one in self.models.catalogue[name].parameters)
 
     def _ended(self, trial: Trial) -> Trial:
         """``trial`` fitted to its end, which is no worse than what it contains."""
@@ -148,12 +150,14 @@ class Visited:
         return self.models.known.removable(trial.effects)
 
     def path(self, first: Trial, trial: Trial) -> list[Trial]:
-        """Models from ``first`` to ``trial``, each with one effect more, the cheapest.
+        """Models from ``first`` to ``trial``, each with one effect more, the best-ranked.
 
         ``trial`` has the effects of ``first``.
         """
         steps = [trial]
         while len(further := set(steps[-1].effects) - set(first.effects)) > 1:
             base = steps[-1]
-            steps.append(min((self.without(base, n) for n in sorted(further)), key=self.price))
+            steps.append(
+                min((self.without(base, n) for n in sorted(further)), key=self.penalised_error)
+            )
         return [first, *reversed(steps)] if trial.effects != first.effects else [first]

@@ -25,7 +25,7 @@ def searched_widely(
     if not backward.search_unloaded() and not visited.criterion.done(visited.ranked()[0].score):
         backward.search(steps[0].trial)
     BeamSearch(visited.models, visited, effort, progress).search()
-    return _to_cheaper(steps, visited, _simplest(visited))
+    return _to_lower(steps, visited, _simplest(visited))
 
 
 def ordinary_at_once(visited: Visited, effort: SearchEffort, progress: StageProgress) -> Trial:
@@ -67,9 +67,10 @@ def completed(
     if criterion.wants_search(last.score) and last.effects:
         backward = BackwardSearch(visited.models, visited, effort, progress)
         trial = backward.with_ordinary(last)
-    if not criterion.settled(trial.score) and visited.price(trial) >= visited.price(last):
+    lower = visited.penalised_error(trial) < visited.penalised_error(last)
+    if not criterion.settled(trial.score) and not lower:
         return list(steps)
-    return _to_cheaper(steps, visited, _what_is_left(trial, visited, effort, progress))
+    return _to_lower(steps, visited, _what_is_left(trial, visited, effort, progress))
 
 
 def _what_is_left(
@@ -80,10 +81,10 @@ def _what_is_left(
     return _simplest(visited)
 
 
-def _to_cheaper(steps: Sequence[Step], visited: Visited, best: Trial) -> list[Step]:
-    """The steps, or those to ``best`` if that is cheaper than the last one's model."""
-    cheaper = visited.price(best) < visited.price(steps[-1].trial)
-    return steps_to(steps, visited, best) if cheaper else list(steps)
+def _to_lower(steps: Sequence[Step], visited: Visited, best: Trial) -> list[Step]:
+    """The steps, or those to ``best`` if that ranks better than the last one's model."""
+    lower = visited.penalised_error(best) < visited.penalised_error(steps[-1].trial)
+    return steps_to(steps, visited, best) if lower else list(steps)
 
 
 def _simplest(visited: Visited) -> Trial:

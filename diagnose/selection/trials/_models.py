@@ -49,7 +49,7 @@ TRIAL_BUDGET = 150
 """Simulations after which a fit is looked at; those that lead go on to the end."""
 # Times the usual cost of a simulation, beyond which a fit without an effect is given fewer of them:
 # where friction chatters without it, one removal took half of what a search may cost.
-_DEAR = 4.0
+_USUAL_COST = 4.0
 
 
 @dataclass(frozen=True)
@@ -249,8 +249,8 @@ class ModelSelection:
         def fit() -> Solution:
             problem, before = self.without_effect(base, without), self.work.spent
             start = point_less(problem, base.fit)
-            dear = self.work.dearness(before)
-            return polish(problem, [start], int(budget * min(1.0, _DEAR / dear)))
+            relative_cost = self.work.relative_cost(before)
+            return polish(problem, [start], int(budget * min(1.0, _USUAL_COST / relative_cost)))
 
         way = f"reduced with {budget} simulations"
         return self.judge(fitted_once(self.fits, way, base, without, fit), budget)

@@ -124,8 +124,8 @@ def _on_bounds(fit: Solution) -> Iterator[tuple[Coordinate, float, float]]:
     """The coordinates that are fitted and rest on a bound; where they are, and the lower bound."""
     problem = fit.problem
     places = zip(
-        problem.coordinates, fit.outcome.point, *problem.bounds, problem.pinned, strict=True
+        problem.coordinates, fit.outcome.point, *problem.bounds, problem.is_held, strict=True
     )
-    for coordinate, place, low, high, pinned in places:
-        if not pinned and not low < place < high:
+    for coordinate, place, low, high, is_held in places:
+        if not is_held and not low < place < high:
             yield coordinate, float(place), float(low)

@@ -36,7 +36,7 @@ _MEMORY_S = 0.15
 _MOVED = (0.03, 0.1, 0.3)
 """A coefficient is noise where the command moves it by less than this share of the noise."""
 _ENOUGH = 600
-"""So many coefficients give sigma to 3 %; where there are fewer, the next share is tried."""
+"""This number of coefficients gives sigma to 3 %; with fewer of them the next share is tried."""
 _FEWEST = 100
 _MOST = 20_000
 """Of a long recording only the beginning is used: it gives sigma to 1 %."""

@@ -71,7 +71,7 @@ def _doubts(recording: Recording, reads: JudgedReads) -> list[str]:
         f"{recording.name}: {int(reads.doubtful.sum()):,} of {reads.doubtful.size:,} samples jump "
         f"away and back like read errors, the first at {first_s:.6g} s, and are fitted all the "
         f"same, as {reads.why}: if the servo did not move so, remove their rows from the log or "
-        "mend the connection and record again"
+        "repair the connection and record again"
     ]
 
 

@@ -39,7 +39,9 @@ EFFECT = Effect(
     id="command_quantization",
     place=Place.COMMAND,
     parameters=(
-        Parameter("step", "deg", 0.0, 30.0, 0.0, "distance of the command's levels", jumpy=True),
+        Parameter(
+            "step", "deg", 0.0, 30.0, 0.0, "distance of the command's levels", discontinuous=True
+        ),
     ),
     equation="u_q = step round(u / step)",
     looks_like="slow motion is a staircase with steps of one height; at rest the error "

@@ -75,7 +75,9 @@ EFFECT = Effect(
     place=Place.COMMAND,
     parameters=(
         # A goal that comes a little before or after the last was reached makes another plan.
-        Parameter("rate", "deg/s", 1.0, float("inf"), float("inf"), "largest speed", jumpy=True),
+        Parameter(
+            "rate", "deg/s", 1.0, float("inf"), float("inf"), "largest speed", discontinuous=True
+        ),
         Parameter(
             "acceleration",
             "deg/s^2",
@@ -83,7 +85,7 @@ EFFECT = Effect(
             float("inf"),
             float("inf"),
             "largest acceleration",
-            jumpy=True,
+            discontinuous=True,
         ),
     ),
     equation="|d u_r / dt| <= rate, |d^2 u_r / dt^2| <= acceleration, at rest on the command",

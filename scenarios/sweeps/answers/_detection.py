@@ -14,21 +14,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from servosight.models.core import CHI_SQUARE_95, Array
 
 SHARE = 0.95
 """Share of recordings in which an effect has to be found."""
-CHI_SQUARE_95 = 3.841
-"""A log-likelihood lower by half of this is outside the 95 % interval of one number."""
 STEEPEST = 30.0
 """A share goes from 5 to 95 % within 20 % of a size at this slope; no sweep resolves more."""
 SHALLOWEST = 0.5
 _SIZES = 401
 _SLOPES = 40
 _BEYOND = 20.0
-"""Sizes are looked at so many times below and above those that were tried."""
-
-Array = NDArray[np.float64]
+"""Factor below and above the sizes that were tried, within which a size is looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -100,7 +100,7 @@ def test_seconds_at_the_floor_tell_nothing() -> None:
     ("error", "taken"),
     [(0.95, True), (1.0, False)],
 )
-def test_a_special_case_of_no_higher_price_takes_the_effect_s_place(
+def test_a_special_case_of_no_higher_penalised_error_takes_the_effect_s_place(
     error: float, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By log(0.99) less 0.02 for two parameters; not at log(1.04) less 0.02, which is above the

@@ -55,7 +55,7 @@ def test_above_the_floor_more_than_a_few_seconds_must_tell_it(
     told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At the floor noise does."""
-    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: told)
+    monkeypatch.setattr(AcceptanceCriterion, "is_higher", lambda *_: told)
     simple, better = score(0.2, "simple"), score(0.15, "whole", parameters=4)
     behind = ["simple", "whole"]
     assert ordered([simple, better], whole={"simple"}) == (behind[::-1] if told else behind)

@@ -33,9 +33,9 @@ def test_the_thresholds_are_those_of_the_documents() -> None:
         "most": 0.9,
         "max_steps": 6,
         "learnt": 0.01,
-        "effect_price": 0.1,
-        "rare_price": 0.3,
-        "parameter_price": 0.01,
+        "effect_penalty": 0.1,
+        "rare_penalty": 0.3,
+        "parameter_penalty": 0.01,
         "hopeless": 25.0,
         "fewest": 200,
         "ordinary": POLICY.ordinary,
@@ -173,46 +173,49 @@ def test_pairs_are_wanted_where_nothing_was_found_alone() -> None:
 # Look-alikes
 
 
-@pytest.mark.parametrize(("name", "price"), [("gravity_load", 0.1), ("cogging", 0.3)])
-def test_price(name: str, price: float) -> None:
+@pytest.mark.parametrize(("name", "penalty"), [("gravity_load", 0.1), ("cogging", 0.3)])
+def test_penalty_of_an_effect(name: str, penalty: float) -> None:
     """A tenth of the logarithm of the error for each effect; three for what few servos have."""
     one, two = score(0.5, "backlash"), ("backlash", name)
-    limit = 0.5 * math.exp(-price)
-    assert CRITERION.price(score(limit - JUST, *two)) < CRITERION.price(one)
-    assert CRITERION.price(score(limit + JUST, *two)) > CRITERION.price(one)
-    # Below the floor there is nothing left to pay for.
-    assert CRITERION.price(score(0.5 * FLOOR)) == CRITERION.price(score(FLOOR))
+    limit = 0.5 * math.exp(-penalty)
+    assert CRITERION.penalised_error(score(limit - JUST, *two)) < CRITERION.penalised_error(one)
+    assert CRITERION.penalised_error(score(limit + JUST, *two)) > CRITERION.penalised_error(one)
+    # Below the floor no error is better than another.
+    assert CRITERION.penalised_error(score(0.5 * FLOOR)) == CRITERION.penalised_error(score(FLOOR))
 
 
-def test_the_price_is_that_of_the_larger_error() -> None:
-    """A model that fits badly and predicts another run less badly is no cheap one."""
+def test_the_penalised_error_is_that_of_the_larger_error() -> None:
+    """A model that fits badly and predicts another run less badly does not rank well."""
     one = score(0.5, "backlash")
     for worse in ("train_rmse_deg", "validation_rmse_deg"):
         raised = replace(one, **{worse: 0.7})
-        assert CRITERION.price(raised) == pytest.approx(CRITERION.price(one) + math.log(0.7 / 0.5))
+        assert CRITERION.penalised_error(raised) == pytest.approx(
+            CRITERION.penalised_error(one) + math.log(0.7 / 0.5)
+        )
 
 
 def test_ordinary_effects_are_in_the_catalogue() -> None:
     assert set(POLICY.ordinary) < set(catalogue())
 
 
-def test_a_parameter_has_a_price() -> None:
+def test_a_parameter_has_a_penalty() -> None:
     """Of two models as good, the one with fewer parameters: a hundredth of the logarithm."""
     four, five = score(0.5, "a", parameters=4), 0.5 * math.exp(-0.01)
-    assert CRITERION.price(score(five - JUST, "b", parameters=5)) < CRITERION.price(four)
-    assert CRITERION.price(score(five + JUST, "b", parameters=5)) > CRITERION.price(four)
+    error = CRITERION.penalised_error
+    assert error(score(five - JUST, "b", parameters=5)) < error(four)
+    assert error(score(five + JUST, "b", parameters=5)) > error(four)
 
 
-def test_a_search_goes_on_where_the_price_falls_by_a_twentieth() -> None:
-    assert CRITERION.clearly_cheaper(0.95 - JUST, 1.0)
-    assert not CRITERION.clearly_cheaper(0.95 + JUST, 1.0)
-    assert with_policy(worth_going_on=0.25).clearly_cheaper(0.75, 1.0)
+def test_a_search_goes_on_where_the_penalised_error_falls_by_a_twentieth() -> None:
+    assert CRITERION.clearly_lower(0.95 - JUST, 1.0)
+    assert not CRITERION.clearly_lower(0.95 + JUST, 1.0)
+    assert with_policy(worth_going_on=0.25).clearly_lower(0.75, 1.0)
 
 
-def test_models_within_two_effects_prices_are_near() -> None:
+def test_models_within_two_effects_penalties_are_near() -> None:
     assert CRITERION.near(1.2 - JUST, 1.0)
     assert not CRITERION.near(1.2 + JUST, 1.0)
-    assert with_policy(near=1.0, effect_price=0.5).near(1.5, 1.0)
+    assert with_policy(near=1.0, effect_penalty=0.5).near(1.5, 1.0)
 
 
 def test_a_wider_search_is_made_beyond_twice_the_floor() -> None:

@@ -61,7 +61,7 @@ def test_the_fitted_error_falls_by_as_much_as_is_asked_of_the_validation_error(
     assert earns(found) is expected
 
 
-def test_it_is_worth_its_price_in_all_seconds() -> None:
+def test_it_is_worth_its_penalty_in_all_seconds() -> None:
     """A rare effect costs 0.31, others 0.11; the mean of 0.39 and 0.06 is 0.23."""
     worth = {"mean_square_deg2": 0.5, "rise": -0.06}
     assert earns(model(0.2, 0.98, "backlash", **worth))

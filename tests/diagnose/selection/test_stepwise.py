@@ -134,7 +134,7 @@ def test_friction_is_where_steps_begin_that_end_better_from_there(
         ({"a": 0.1, "fi": 0.1}, ["", "a"]),
         ({"fi": 0.12, "fiv": 0.115}, ["", "f", "fi"]),
     ],
-    ids=["two", "three", "no cheaper", "one effect is enough", "the third gains too little"],
+    ids=["two", "three", "no lower", "one effect is enough", "the third gains too little"],
 )
 def test_effects_that_show_together_alone_are_tried_at_once(
     errors: dict[str, float], expected: list[str]
@@ -225,7 +225,7 @@ def test_an_effect_is_swapped_for_one_that_does_better_beside_the_others() -> No
 def test_an_effect_is_swapped_for_one_that_contains_it_where_more_than_a_few_seconds_tell(
     contains: dict[str, str], told: bool, steps: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: told)
+    monkeypatch.setattr(AcceptanceCriterion, "is_higher", lambda *_: told)
     errors = {"": 0.29, "c": 0.2, "a": 0.25, "b": 0.25, "ac": 0.15, "ab": 0.115}
     no_pairs = replace(EFFORT, pairs=0, partners=0)
     chosen_by_validation = SimpleNamespace(carried=(None,), mean_s=5.0)

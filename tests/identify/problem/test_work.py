@@ -65,7 +65,7 @@ def test_simulations_are_dear_beside_those_before() -> None:
     work, plant = Work(), Plant()
     work.angles("run", np.array([[1.0, 500.0], [2.0, 500.0]]), 2.0, plant)
     before = work.spent
-    assert work.dearness(before) == 1.0
+    assert work.relative_cost(before) == 1.0
     work.angles("run", np.array([[3.0, 5000.0]]), 2.0, plant)
-    assert work.dearness(before) == pytest.approx(10.0)
-    assert work.dearness((0, 0.0)) == 1.0
+    assert work.relative_cost(before) == pytest.approx(10.0)
+    assert work.relative_cost((0, 0.0)) == 1.0

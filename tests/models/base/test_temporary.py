@@ -43,12 +43,15 @@ def test_the_next_run_removes_what_a_killed_one_left(tmp_path: Path) -> None:
     assert process.stdout.readline() == b"ready\n"
     assert len(names(tmp_path)) == 2
     assert all(f"servosight-{process.pid}-" in name for name in names(tmp_path))
-    look = "import sys; from pathlib import Path; from servosight.models.base import sweep; "
-    look = [sys.executable, "-c", look + "sweep(Path(sys.argv[1]))", str(tmp_path)]
-    subprocess.run(look, check=True)
+    code = (
+        "import sys; from pathlib import Path; from servosight.models import base; "
+        "base.remove_stale_temporaries(Path(sys.argv[1]))"
+    )
+    clean = [sys.executable, "-c", code, str(tmp_path)]
+    subprocess.run(clean, check=True)
     assert len(names(tmp_path)) == 2, "the process that made them is still alive"
     process.communicate(b"")
-    subprocess.run(look, check=True)
+    subprocess.run(clean, check=True)
     assert names(tmp_path) == []
 
 

@@ -26,6 +26,7 @@ from servosight.diagnose.residuals import (
     swings,
     turns,
 )
+from servosight.models.core import rms
 
 DOING = {
     "reversal": "reversing",
@@ -69,7 +70,7 @@ def section(story: Story) -> Section:
 
 def rms_deg(judged: Sequence[Judged]) -> float:
     """Rms error over all samples [deg]."""
-    return float(np.sqrt(np.mean(np.concatenate([one.error_deg for one in judged]) ** 2)))
+    return rms(np.concatenate([one.error_deg for one in judged]))
 
 
 def doing(what: str) -> str:

@@ -26,7 +26,7 @@ from servosight.app.report.figure import (
 from servosight.app.report.section import Section
 from servosight.app.report.story import Story
 from servosight.diagnose.residuals import TEST, Window
-from servosight.models.core import Array, Mask, degrees
+from servosight.models.core import Array, Mask, degrees, rms
 
 MOST_RECORDINGS = 4
 MARGIN_S = 0.35
@@ -86,7 +86,7 @@ def _figure(story: Story, number: int, span_s: tuple[float, float] | None) -> Ma
     pushed = _pushed(story, [number])
     where = f"from {low:.2f} to {high:.2f} s" if close else "over the whole recording"
     errors = ", ".join(
-        f"{model.name}: {degrees(_rms(model.judged[number].error_deg[seen]))} rms"
+        f"{model.name}: {degrees(rms(model.judged[number].error_deg[seen]))} rms"
         for model in story.models
     )
     below = ", the error and the known disturbance below" if pushed else ", and the error below"
@@ -183,7 +183,3 @@ def _command(story: Story, number: int, low: float, high: float) -> tuple[Array,
         np.concatenate([[low], times[inside], [high]]),
         np.concatenate([[first], values[inside], [last]]),
     )
-
-
-def _rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2)))

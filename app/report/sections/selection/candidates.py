@@ -11,7 +11,7 @@ from servosight.diagnose.selection import SelectionPolicy
 
 LEAST_EVIDENCE = SelectionPolicy().min_evidence
 FEWEST_SHOWN = 4
-"""So many are shown even where they gain nothing."""
+"""Number of candidates that are shown even where they gain nothing."""
 
 
 def section(story: Story) -> Section | None:

@@ -196,10 +196,10 @@ def test_named_in_half_stays_and_in_less_goes(models: ModelSelection) -> None:
     assert (gone.steps[-1].trial.effects, gone.steps[-1].removed) == ((), "cogging")
 
 
-def test_no_step_leads_to_a_model_of_a_higher_price(models: ModelSelection) -> None:
+def test_no_step_leads_to_a_model_of_a_higher_penalised_error(models: ModelSelection) -> None:
     """Without backlash the error is many times as large: the model keeps it, whatever its name."""
     best = models.trials[("backlash",), ()]
-    assert CRITERION.price(models.linear().score) > CRITERION.price(best.score)
+    assert CRITERION.penalised_error(models.linear().score) > CRITERION.penalised_error(best.score)
     selected = Selected((Step(models.linear()), Step(best, "backlash")), ())
     rare = Stability({"backlash": 0.4}, 10, {frozenset[str](): 0.6})
     assert stable_steps(models, CRITERION, selected, rare) == selected
@@ -222,7 +222,7 @@ def test_what_contains_the_chosen_effect_must_be_worth_its_parameters_on_all_dat
     table: Any = SimpleNamespace(
         alike=lambda last: [plain, rich], finished=lambda trial: trial, catalogue=catalogue()
     )
-    free = SelectionPolicy(parameter_price=0.0)
+    free = SelectionPolicy(parameter_penalty=0.0)
     selected: Any = Selected((Step(plain, "coulomb_friction"),), ())  # type: ignore[arg-type]
     most = {frozenset({"stribeck_friction"}): 0.6}
     named = Stability({"coulomb_friction": 1.0, "stribeck_friction": 0.6}, 10, most)
@@ -239,10 +239,11 @@ def test_a_special_case_that_more_parts_name_takes_the_place_of_the_whole(twin: 
     step = stable_steps(models, CRITERION, selected, found).steps[-1]
     assert step.trial.effects == ("coulomb_friction",)
     assert (step.added, step.removed) == ("coulomb_friction", "presliding")
-    for rare, swapped in ((0.1, True), (0.15, False)):  # as dear, dearer by half an effect's price
-        policy = SelectionPolicy(ordinary=("presliding",), effect_price=0.1, rare_price=rare)
-        dearer = replace(CRITERION, policy=replace(policy, parameter_price=0.0))
-        last = stable_steps(models, dearer, selected, found).steps[-1].trial
+    # Of the same penalty, and of one higher by half an effect's.
+    for rare, swapped in ((0.1, True), (0.15, False)):
+        policy = SelectionPolicy(ordinary=("presliding",), effect_penalty=0.1, rare_penalty=rare)
+        higher = replace(CRITERION, policy=replace(policy, parameter_penalty=0.0))
+        last = stable_steps(models, higher, selected, found).steps[-1].trial
         assert ("coulomb_friction" in last.effects) is swapped
     known = PriorKnowledge(without_effects=("coulomb_friction",))
     without = replace(models, known=known, trials=dict(models.trials))

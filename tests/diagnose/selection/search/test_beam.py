@@ -1,4 +1,4 @@
-"""What the search extends and varies from the cheapest models up, on tables of invented models."""
+"""What the search extends and varies from the best-ranked models up, on invented models."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def varied(done: Sequence[str]) -> list[str]:
         ({"a": 0.3, "b": 0.3}, 2, ["a"]),  # the linear model is not extended
     ],
 )
-def test_the_cheapest_models_that_fit_differently_are_extended(
+def test_the_best_ranked_models_that_fit_differently_are_extended(
     errors: dict[str, float], beam: int, extended: list[str]
 ) -> None:
     models = InventedModels({"": 1.0, "d": 1.0, **errors})
@@ -58,7 +58,7 @@ def test_the_cheapest_models_that_fit_differently_are_extended(
 
 
 def test_a_model_is_extended_once() -> None:
-    """In the second round it is among the cheapest two still."""
+    """In the second round it is among the best-ranked two still."""
     models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.2, "c": 0.9, "d": 0.9})
     done = search(models, ["", "a"], 2)
     assert bases(done)[:2] == ["a", "ab"]
@@ -103,13 +103,13 @@ LARGER = {"": 1.0, "a": 0.3, "ab": 0.29, "ac": 0.285, "bd": 0.275, "abcd": 0.27}
 
 
 def test_the_best_fit_with_one_effect_more_is_varied() -> None:
-    """``bd`` and ``abcd`` fit better, and are not the cheapest with one effect more."""
+    """``bd`` and ``abcd`` fit better, and are not the best-ranked with one effect more."""
     models = InventedModels(LARGER)
     done = search(models, list(LARGER), 1)
     assert varied(done) == ["a", "ac"]
 
 
-def test_what_is_varied_holds_what_the_cheapest_holds() -> None:
+def test_what_is_varied_holds_what_the_best_ranked_holds() -> None:
     models = InventedModels({"": 1.0, "a": 0.3, "ab": 0.29, "ac": 0.28}, held_deg={"ac": 0.3})
     for effects in ("a", "ab", "ac"):
         models.fitted(tuple(effects), "first", HELD)
@@ -123,15 +123,15 @@ def test_the_linear_model_is_not_varied_and_what_extends_it_is() -> None:
 
 
 @pytest.mark.parametrize(("larger_deg", "also"), [(0.297, ["ar"]), (0.303, [])])
-def test_what_is_much_dearer_than_the_cheapest_is_not_varied(
+def test_what_is_much_higher_than_the_best_ranked_is_not_varied(
     larger_deg: float, also: list[str]
 ) -> None:
-    """By two effects' prices, which are what ``r`` costs here but for its parameter."""
-    price = replace(POLICY, rare_price=0.2)
+    """By two effects' penalties, which is that of ``r`` here but for its parameter."""
+    policy = replace(POLICY, rare_penalty=0.2)
     models = InventedModels({"": 1.0, "a": 0.3, "ar": larger_deg})
     for effects in ("", "a", "ar"):
         models.fitted(tuple(effects), "first")
-    visited = Visited(models, replace(CRITERION, policy=price))  # type: ignore[arg-type]
+    visited = Visited(models, replace(CRITERION, policy=policy))  # type: ignore[arg-type]
     BeamSearch(models, visited, SearchEffort(beam=1), silent).search()  # type: ignore[arg-type]
     assert varied(models.done) == ["a", *also]
 
@@ -173,6 +173,6 @@ def test_the_progress_says_how_many_effects_and_which_is_tried() -> None:
     assert shown == [
         ("effect 2: trying b", 0, 2),
         ("effect 2: trying c", 1, 2),
-        ("varying the cheapest models", 0, 1),
-        ("varying the cheapest models", 0, 1),
+        ("varying the best-ranked models", 0, 1),
+        ("varying the best-ranked models", 0, 1),
     ]

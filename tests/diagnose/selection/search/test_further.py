@@ -81,7 +81,7 @@ def test_a_lower_minimum_that_does_not_need_all_its_effects_is_not_taken() -> No
 
 
 def test_an_effect_is_added_only_if_it_is_accepted() -> None:
-    # 0.85 of 1.0 deg is cheaper, and 28 % of the squared error above the floor; 35 % are asked for.
+    # 0.85 of 1.0 deg is lower, and 28 % of the squared error above the floor; 35 % are asked for.
     models = InventedModels({"": 9.0, "ab": 1.0, "abc": 0.85, "d": 9.0})
     assert answers(models, effort=generous(100.0))[1] == []
 
@@ -92,15 +92,15 @@ def test_an_effect_at_a_bound_leaves_the_place_to_another() -> None:
 
 
 @pytest.mark.parametrize(
-    ("special_deg", "dearer", "expected"),
+    ("special_deg", "higher", "expected"),
     [(1.0, False, ["a", "b"]), (1.2, False, []), (1.0, True, [])],
-    ids=["as good", "dearer by an effect", "told apart"],
+    ids=["as good", "higher by an effect", "distinguished"],
 )
 def test_an_effect_gives_way_to_its_special_case_where_nothing_is_accepted_beside_it(
-    special_deg: float, dearer: bool, expected: list[str], monkeypatch: pytest.MonkeyPatch
+    special_deg: float, higher: bool, expected: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """``g`` contains ``a``. Bound: log(1.2) is more than an effect costs, 0.1."""
-    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: dearer)
+    monkeypatch.setattr(AcceptanceCriterion, "is_higher", lambda *_: higher)
     errors = {"": 9.0, "g": 1.0, "a": special_deg, "ab": 0.1, "bg": 1.0}
     models = InventedModels(errors, contains={"g": "a"})
     steps = steps_of(models.first(), models.fitted(("g",), "fit"))
@@ -113,7 +113,7 @@ def test_an_effect_stays_where_its_special_case_leads_no_further(
     beside_deg: float, expected: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """``g`` contains ``a``, which errs by 5 % more and gains nothing from ``b``."""
-    monkeypatch.setattr(AcceptanceCriterion, "is_dearer", lambda *_: False)
+    monkeypatch.setattr(AcceptanceCriterion, "is_higher", lambda *_: False)
     errors = {"": 9.0, "g": 1.0, "a": 1.05, "ab": 1.05, "bg": beside_deg}
     models = InventedModels(errors, contains={"g": "a"})
     steps = steps_of(models.first(), models.fitted(("g",), "fit"))

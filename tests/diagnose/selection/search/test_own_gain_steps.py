@@ -40,8 +40,8 @@ def test_a_k_takes_no_place_where_the_rest_does_not_explain() -> None:
     assert own_gain({"a": 0.115, "b": 0.5}, "ab")[0] == "ab"
 
 
-def test_of_what_explains_with_a_k_the_cheapest_is_taken() -> None:
-    """``r`` is no ordinary effect; ``b`` beside it is cheaper, and does not explain."""
+def test_of_what_explains_with_a_k_the_best_ranked_is_taken() -> None:
+    """``r`` is no ordinary effect; ``b`` beside it ranks better, and does not explain."""
     assert own_gain({"a": 0.1, "r": 0.1}, "ar")[0] == "a"
     assert own_gain({"b": 0.115, "r": 0.1}, "br")[0] == "r"
 

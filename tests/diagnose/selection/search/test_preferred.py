@@ -70,7 +70,9 @@ def test_samples_unlike_the_fitted_ones_do_not_decide() -> None:
     last = trial("supply_sag", HELD, 0.26, unseen=2.4)
     larger = trial("torque_saturation coulomb_friction gravity_load", HELD, 0.10, unseen=10.0)
     both = trial("torque_saturation coulomb_friction gravity_load", HELD, 0.12)
-    assert CRITERION.overall_price(larger.score) > CRITERION.overall_price(last.score)
+    assert CRITERION.overall_penalised_error(larger.score) > CRITERION.overall_penalised_error(
+        last.score
+    )
     scores = {last.key: last.score, larger.key: both.score}
     found = fewest_assumptions(
         [last, larger], last, CRITERION, lambda one: True, lambda one: scores[one.key]
@@ -89,6 +91,6 @@ def test_no_effect_is_left_out_that_would_be_accepted() -> None:
     last = trial("coulomb_friction gravity_load", FREE, 0.40, unseen=0.5)
     held = trial("coulomb_friction gravity_load", HELD, 0.40, unseen=0.5)
     fewer = trial("gravity_load", HELD, 0.41, unseen=0.9)
-    price = CRITERION.overall_price
-    assert price(fewer.score) < price(held.score) + CRITERION.policy.effect_price
+    error = CRITERION.overall_penalised_error
+    assert error(fewer.score) < error(held.score) + CRITERION.policy.effect_penalty
     assert told([last, held, fewer], last) is held

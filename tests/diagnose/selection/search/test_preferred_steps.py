@@ -41,47 +41,47 @@ def test_the_linear_model_is_never_preferred() -> None:
         assert told(last, trial("", 0.96, held), last) is last
 
 
-def test_more_assumptions_are_preferred_at_a_price_lower_by_that_of_an_effect() -> None:
+def test_more_assumptions_are_preferred_at_a_penalised_error_lower_by_that_of_an_effect() -> None:
     last = trial("ab", 0.4)
     assert told(last, last, trial("abc", 0.34), trial("ac", 0.38, ())) is last
     larger = trial("abc", 0.32)
     assert told(last, last, larger) is larger
 
 
-def test_an_effect_less_is_preferred_within_an_effects_price() -> None:
-    """Of the least price, which is not the last one's."""
+def test_an_effect_less_is_preferred_within_an_effects_penalty() -> None:
+    """Of the least penalised error, which is not the last one's."""
     last, least = trial("ab", 0.40), trial("ac", 0.38)
-    price = CRITERION.overall_price(least.score) + POLICY.effect_price
-    assert CRITERION.overall_price(trial("d", 0.4618).score) < price
-    assert CRITERION.overall_price(trial("d", 0.475).score) > price
+    most = CRITERION.overall_penalised_error(least.score) + POLICY.effect_penalty
+    assert CRITERION.overall_penalised_error(trial("d", 0.4618).score) < most
+    assert CRITERION.overall_penalised_error(trial("d", 0.475).score) > most
     for error_deg, preferred in ((0.4618, "d"), (0.475, "ac")):
         found = told(last, last, least, trial("d", error_deg))
         assert "".join(found.effects) == preferred
 
 
-def test_the_least_price_is_that_of_a_model_that_is_accepted() -> None:
+def test_the_least_penalised_error_is_that_of_a_model_that_is_accepted() -> None:
     last, refused = trial("ab", 0.40), trial("ac", 0.30)
     one = trial("d", 0.48)
     assert told(last, last, refused, one, refused=[refused]) is one
     assert told(last, last, refused, one) is refused
 
 
-def test_a_dearer_model_does_not_raise_the_least_price() -> None:
-    last, dearer, fewer = trial("ab", 0.40), trial("ac", 0.42), trial("d", 0.50)
-    least = CRITERION.overall_price(last.score)
-    assert least < CRITERION.overall_price(dearer.score) < least + POLICY.effect_price
-    assert CRITERION.overall_price(fewer.score) > least + POLICY.effect_price
-    for tried in ([last, dearer, fewer], [fewer, dearer, last]):
+def test_a_higher_model_does_not_raise_the_least_penalised_error() -> None:
+    last, higher, fewer = trial("ab", 0.40), trial("ac", 0.42), trial("d", 0.50)
+    least = CRITERION.overall_penalised_error(last.score)
+    assert least < CRITERION.overall_penalised_error(higher.score) < least + POLICY.effect_penalty
+    assert CRITERION.overall_penalised_error(fewer.score) > least + POLICY.effect_penalty
+    for tried in ([last, higher, fewer], [fewer, higher, last]):
         assert told(last, *tried) is last
 
 
-def test_a_model_at_the_least_price_is_near_it() -> None:
-    free = AcceptanceCriterion(0.1, 0.0, replace(POLICY, effect_price=0.0))
+def test_a_model_at_the_least_penalised_error_is_near_it() -> None:
+    free = AcceptanceCriterion(0.1, 0.0, replace(POLICY, effect_penalty=0.0))
     last, least = trial("ab", 0.40), trial("ac", 0.35)
     assert told(last, last, least, criterion=free) is least
 
 
-def test_of_as_many_assumptions_k_at_one_comes_first_and_then_the_cheapest() -> None:
+def test_of_as_many_assumptions_k_at_one_comes_first_and_then_the_best_ranked() -> None:
     last = trial("a", 0.40, ())
     assert told(last, last, trial("bc", 0.41)).held == HELD
     found = told(last, last, trial("bc", 0.42), trial("ac", 0.41), trial("bd", 0.415))

@@ -1,4 +1,4 @@
-"""A search that is not greedy: from a rich model down, from the cheapest models up."""
+"""A search that is not greedy: from a rich model down, from the best-ranked models up."""
 
 from __future__ import annotations
 
@@ -160,8 +160,8 @@ def test_a_search_that_has_used_up_its_simulations_gives_the_best_so_far(
     assert not selected.cut_short
     assert models.work.simulations < whole.models.work.simulations
     first, *_, last = [cut.steps[0], *cut.steps]
-    price = short.criterion.price
-    assert price(last.trial.score) <= price(first.trial.score)
+    penalised_error = short.criterion.penalised_error
+    assert penalised_error(last.trial.score) <= penalised_error(first.trial.score)
 
 
 def test_the_path_adds_one_effect_a_step(
@@ -179,8 +179,8 @@ def test_no_model_that_was_seen_is_better_than_the_answer(
     searched: tuple[StepwiseSelector, Selected, list[str]],
 ) -> None:
     selector, selected, _ = searched
-    price = selector.criterion.price
+    penalised_error = selector.criterion.penalised_error
     last = selected.steps[-1].trial
     for one in selector.models.trials.values():
         frees = one.effects == last.effects and one.key != last.key  # k need not be fitted
-        assert frees or price(last.score) <= price(one.score) + 5e-4
+        assert frees or penalised_error(last.score) <= penalised_error(one.score) + 5e-4

@@ -42,7 +42,7 @@ def test_effects_are_left_out_down_to_the_last() -> None:
     assert reduced({"": 0.2, "ab": 0.12, "abc": 0.1}, "abc") == down
 
 
-def test_the_way_down_ends_at_two_effects_prices_above_its_cheapest() -> None:
+def test_the_way_down_ends_at_two_effects_penalties_above_its_best_ranked() -> None:
     assert reduced({"": 0.3, "ab": 0.15, "abc": 0.1}, "abc") == [
         "reduce bc",
         "reduce ac",
@@ -296,10 +296,10 @@ def test_a_model_that_has_grown_is_varied_and_then_reduced() -> None:
 
 
 @pytest.mark.parametrize(("last", "further"), [(0.3, True), (0.55, False)])
-def test_the_cheapest_is_extended_while_it_becomes_clearly_cheaper(
+def test_the_best_ranked_is_extended_while_it_becomes_clearly_lower(
     last: float, further: bool
 ) -> None:
-    """By 5 % of the error, price of the effect included."""
+    """By 5 % of the error, penalty of the effect included."""
     models = InventedModels({"": 1.0, "a": 0.6, "b": 0.7, "ab": last, "abc": 0.1})
     visited = Visited(models, CRITERION)  # type: ignore[arg-type]
     for effects in ("", "a", "b"):
@@ -320,8 +320,8 @@ def searched_up(models: InventedModels, begun: Sequence[str]) -> list[str]:
     return models.done[len(begun) :]
 
 
-def test_the_cheapest_and_what_fits_best_with_one_effect_more_are_varied() -> None:
-    """``r`` is no ordinary effect: with it a model is too dear to be varied."""
+def test_the_best_ranked_and_what_fits_best_with_one_effect_more_are_varied() -> None:
+    """``r`` is no ordinary effect: with it a model ranks too low to be varied."""
     done = searched_up(InventedModels({"": 1.0, "a": 0.3, "ab": 0.29}), ("", "a"))
     assert [one for one in done if one.startswith("vary")] == ["vary a", "vary ab"]
     done = searched_up(InventedModels({"": 1.0, "a": 0.3, "ar": 0.29}), ("", "a"))

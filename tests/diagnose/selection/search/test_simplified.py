@@ -34,7 +34,7 @@ def servo(**changes: Any) -> InventedModels:
 
 
 def test_the_usual_is_fitted_with_k_held_beside_the_last_and_alone() -> None:
-    """Then the models with k fitted, at most as large as the last with its k, cheapest first."""
+    """Then the models with k fitted, at most as large as the last with its k, best-ranked first."""
     models = servo()
     chosen(models, "a", "b", "ab")
     together = [one for one in models.done if one.startswith("together")]
@@ -43,7 +43,7 @@ def test_the_usual_is_fitted_with_k_held_beside_the_last_and_alone() -> None:
     assert [one for one in models.done if one.startswith("hold")] == ["hold ab", "hold b", "hold a"]
 
 
-def test_so_many_of_the_cheapest_are_fitted_with_k_held() -> None:
+def test_so_many_of_the_best_ranked_are_fitted_with_k_held() -> None:
     """Larger ones than the last with its k are left out, and those with k held already."""
     models = InventedModels({**SERVO, "abcd": 0.3, "c": 0.7, "ac": 0.5}, k_may_be_held=True)
     for effects in ("abcd", "c", "ac"):

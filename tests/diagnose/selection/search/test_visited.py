@@ -72,7 +72,7 @@ def test_effects_that_drive_the_time_constant_to_a_bound_come_last() -> None:
 
 
 def test_a_fit_that_ends_elsewhere_is_ranked_again() -> None:
-    """``a`` seems cheapest, and ends above ``b``."""
+    """``a`` seems best-ranked, and ends above ``b``."""
     errors = {"": 1.0, "a": 0.3, "b": 0.4}
     assert best_of(InventedModels(errors), "a", "b") == "a"
     assert best_of(InventedModels(errors, finished_deg={"a": 0.7}), "a", "b") == "b"
@@ -93,11 +93,13 @@ def test_a_short_fit_that_errs_five_times_as_much_is_not_fitted_on(
     assert (best_of(InventedModels(errors, finished_deg={"a": 0.1}), "ab") == "ab") is kept
 
 
-@pytest.mark.parametrize(("jumpy", "left"), [("", "b"), ("b", "a"), ("a", "b")])
-def test_the_fit_without_a_jumpy_effect_comes_to_its_end_first(jumpy: str, left: str) -> None:
+@pytest.mark.parametrize(("discontinuous", "left"), [("", "b"), ("b", "a"), ("a", "b")])
+def test_the_fit_without_a_discontinuous_effect_comes_to_its_end_first(
+    discontinuous: str, left: str
+) -> None:
     """Either end refuses: the other fit, which takes longer, is then left as it is."""
     errors = {"": 1.0, "a": 0.5, "b": 0.5, "ab": 0.1}
-    models = InventedModels(errors, finished_deg={"a": 0.1, "b": 0.1}, jumpy=jumpy)
+    models = InventedModels(errors, finished_deg={"a": 0.1, "b": 0.1}, discontinuous=discontinuous)
     seen = visited(models, "ab")
     assert not seen.is_accepted(models.trials[("a", "b"), ()])  # type: ignore[arg-type]
     ended = {one for one in "ab" if models.trials[(one,), ()].fit.cost == 0.1}
@@ -111,7 +113,7 @@ def test_the_fit_without_a_jumpy_effect_comes_to_its_end_first(jumpy: str, left:
 def test_k_is_fitted_where_that_lowers_both_errors(
     fitted_deg: float, validation_deg: float, held: tuple[str, ...]
 ) -> None:
-    """By 5 % on the validation data and by 1 % on the fitted ones; a lower price is not enough."""
+    """By 5 % on the validation data and 1 % on the fitted; to rank better is not enough."""
     errors, validation = {"": 1.0, "a": 0.3}, dict[str, float]()
     models = InventedModels(errors, validation_deg=validation)
     seen = visited(models)

@@ -49,9 +49,9 @@ def test_the_best_of_all_that_was_fitted_is_the_answer() -> None:
     assert {step.added for step in ended[1:]} == {"a", "b"}
 
 
-def test_the_steps_stay_where_nothing_cheaper_is_accepted() -> None:
-    """``ab`` is cheapest and not accepted, as ``b`` rests on a bound; ``c`` is accepted and dearer
-    than ``ab`` and cheaper than ``a``."""
+def test_the_steps_stay_where_nothing_lower_is_accepted() -> None:
+    """``ab`` is best-ranked and not accepted, as ``b`` rests on a bound; ``c`` is accepted and
+    ranks between ``ab`` and ``a``."""
     models = InventedModels(
         {"": 1.0, "a": 0.6, "c": 0.5, "ab": 0.2}, at_bounds="b", promised=dict.fromkeys("acd", 0.0)
     )
@@ -90,8 +90,8 @@ def test_a_k_that_the_data_ask_for_is_fitted_in_a_rich_model_too() -> None:
     assert ended[-1].trial.held == ()
 
 
-def test_a_rich_model_is_fitted_where_the_cheapest_is_not_at_the_floor() -> None:
-    """The next cheapest is: ``r`` is no ordinary effect, and its price outweighs its error."""
+def test_a_rich_model_is_fitted_where_the_best_ranked_is_not_at_the_floor() -> None:
+    """The next best-ranked is: ``r`` is no ordinary effect, and its penalty outweighs its error."""
     models = InventedModels({"": 1.0, "a": 0.115, "r": 0.1})
     models.fitted(("a",), "before")
     models.fitted(("r",), "before")
@@ -167,7 +167,7 @@ def test_what_an_answer_lacks_is_not_fitted_again_from_a_minimum_that_is_as_low(
 # The steps to a model
 
 
-def test_steps_lead_to_a_model_by_one_effect_each_along_the_cheapest_way() -> None:
+def test_steps_lead_to_a_model_by_one_effect_each_along_the_best_ranked_way() -> None:
     models = InventedModels({"": 1.0, "a": 0.9, "b": 0.5, "ab": 0.2, "c": 0.7})
     steps = steps_of(models.first(), models.fitted(("c",), "step"), models.fitted(("a",), "step"))
     found = steps_to(steps, visited(models), models.fitted(tuple("ab"), "best"))  # type: ignore[arg-type]

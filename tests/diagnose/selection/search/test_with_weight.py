@@ -31,13 +31,13 @@ def last_of(
     return "".join(found[-1].trial.effects), models
 
 
-def test_a_weight_takes_the_place_of_a_k_at_a_lower_price() -> None:
+def test_a_weight_takes_the_place_of_a_k_at_a_lower_penalised_error() -> None:
     found, models = last_of({"aw": 0.12, "w": 1.4})
     assert found == "aw"
     assert models.done[1:3] == ["hold a", "fit aw"]
 
 
-def test_it_does_not_where_the_price_is_no_lower() -> None:
+def test_it_does_not_where_the_penalised_error_is_no_lower() -> None:
     """As low an error alone is no reason: nothing tells one from the other."""
     assert last_of({"aw": 0.4, "w": 1.4, "adw": 0.4, "aew": 0.4})[0] == "a"
 
@@ -81,12 +81,12 @@ def test_no_weight_is_tried(changes: dict[str, Any]) -> None:
     ("held_deg", "changes", "found"),
     [
         (0.12, {}, "gw"),
-        (0.45, {}, "aw"),  # its price is higher by a parameter less than a k is worth
+        (0.45, {}, "aw"),  # its penalty is higher by a parameter less than a k adds
         (0.12, {"contains": {}}, "aw"),
         (0.12, {"known": PriorKnowledge(without_effects=("g",))}, "aw"),
         (0.12, {"validation_deg": {"aw": 0.1}}, "aw"),  # explains the data
     ],
-    ids=["taken", "no cheaper", "nothing contains it", "ruled out", "explained"],
+    ids=["taken", "no lower", "nothing contains it", "ruled out", "explained"],
 )
 def test_an_effect_that_contains_one_takes_the_place_of_it_and_of_a_k(
     held_deg: float, changes: dict[str, Any], found: str
@@ -139,7 +139,7 @@ def test_a_weight_takes_the_place_of_a_k_alone_where_the_noise_tells_them_apart(
 
 @pytest.mark.parametrize("error_deg", [0.105, 0.3])
 def test_no_weight_takes_an_effects_place_where_it_fits_no_better(error_deg: float) -> None:
-    """Though it is cheaper by an effect and a k: at the floor the noise decides."""
+    """Though its penalty is lower by an effect and a k: at the floor the noise decides."""
     assert explained({"aw": error_deg, "ew": 0.8, "aew": error_deg})[0] == "ae"
 
 

@@ -155,7 +155,7 @@ def test_other_parameters_are_held_with_all_other_values_as_they_are(fits: Fits)
 
 
 @pytest.mark.parametrize(("times", "allowed"), [(1.0, 150), (4.0, 150), (12.0, 50)])
-def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
+def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_costly(
     monkeypatch: pytest.MonkeyPatch, fits: Fits, times: float, allowed: int
 ) -> None:
     """Up to four times the usual cost it has all of its simulations, at twelve times a third."""
@@ -163,7 +163,7 @@ def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
     both = models.judge(solution(models.problem(("dead_time", "backlash"))))
     models.work.simulations, models.work.cost = 100, 200.0
 
-    def dear(problem: Problem, fit: Solution) -> Any:
+    def relative_cost(problem: Problem, fit: Solution) -> Any:
         start = solution(problem).outcome.point
         models.work.simulations, models.work.cost = 102, 200.0 + 2.0 * 2.0 * times
         return start
@@ -172,7 +172,7 @@ def test_a_fit_without_an_effect_is_shorter_where_its_simulations_are_dear(
         budgets.append(budget)
         return solution(problem, starts[0])
 
-    monkeypatch.setattr(_models, "point_less", dear)
+    monkeypatch.setattr(_models, "point_less", relative_cost)
     monkeypatch.setattr(_models, "polish", polish)
     models.reduced(both, "backlash", 150)
     assert budgets == [allowed]
