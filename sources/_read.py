@@ -120,8 +120,14 @@ def is_log(path: Path, options: Options) -> bool:
 
 
 def unit_hint(recording: Recording) -> str | None:
-    """A doubt about radians; no refusal, for a servo may well move its surface that little."""
-    ratio = recording.moved_range_deg / float(np.ptp(recording.command_deg))
+    """A doubt about radians; no refusal, for a servo may well move its surface that little.
+
+    Read errors, of one or two samples, do not count.
+    """
+    from scipy.ndimage import median_filter
+
+    moved_deg = np.ptp(median_filter(recording.angle_deg, 5))
+    ratio = float(moved_deg / np.ptp(recording.command_deg))
     for column, factor in (("angle", 1.0 / DEG_PER_RAD), ("command", DEG_PER_RAD)):
         if factor / DOUBT < ratio < factor * DOUBT:
             return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -86,9 +87,14 @@ def test_what_is_not_there_is_said_in_one_sentence(tmp_path: Path, name: str) ->
 
 
 def test_radians_are_doubted_not_refused() -> None:
-    from dataclasses import replace
-
     assert unit_hint(RECORDING) is None
     hint = unit_hint(replace(RECORDING, angle_deg=np.radians(RECORDING.angle_deg)))
     assert hint is not None
     assert "angle_rad" in hint
+
+
+def test_read_errors_raise_no_doubt_about_radians() -> None:
+    """Two samples that hold 57 times the command's range."""
+    angle = RECORDING.angle_deg.copy()
+    angle[100:102] += 57.0 * np.ptp(RECORDING.command_deg)
+    assert unit_hint(replace(RECORDING, angle_deg=angle)) is None
