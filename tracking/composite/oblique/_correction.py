@@ -37,8 +37,9 @@ _MOST = np.log(2.0)  # of a part that rests at few angles: more than is left
 # Of what the tilt changes, sigma is to be as small a share; it may be all of it, and further rounds
 # are to change as little, where a tilt explains the poses.
 _KNOWN, _SETTLED = 0.6, 0.1
-# Times what the plane found does to the angles: a larger change has another cause. Of tilts of 4 to
-# 21 deg it is 1.2, of a shadow beside a part that turns by 3 deg 70.
+# Times what the plane found does to the angles: a larger change has another cause, unless the plane
+# explains more than half of what is left. Of tilts of 4 to 21 deg it is 1.2, of a wheel of which
+# each spoke looks like the next one 11, of a shadow beside a part that turns by 3 deg 70.
 _OTHERWISE = 10.0
 # Of the way of the tip from frame to frame: by so much blur may change a part's pose. A needle
 # whose tip fades where it is fast, which depends on its angle, was taken for one seen from 34 deg
@@ -241,7 +242,8 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     least = _LEAST_SMALLER if filled(angle_rad) else _MOST
     shown = explained or (smaller > least and _gain(rounds[0], best) > _SURE)
     found = shown and sigma < (1.0 if explained else _KNOWN) * _spread(change)
-    found = found and _spread(change) < _OTHERWISE * best.estimate.changes_rad
+    by_plane = _spread(change) < _OTHERWISE * best.estimate.changes_rad
+    found = found and (by_plane or smaller > _MOST)
     if not found:
         # What is shown, but not how far it goes, may go as far again, or as usual tilts do.
         further = min(sigma, rounds[0].estimate.usual_rad) if shown else 0.0
