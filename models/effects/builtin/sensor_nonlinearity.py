@@ -24,7 +24,7 @@ EFFECT = Effect(
     place=Place.FEEDBACK,
     parameters=(
         Parameter("amplitude", "deg", 0.0, 45.0, 0.0, "largest error of the sensor"),
-        Parameter("period", "deg", 0.5, 720.0, None, "angle after which the error repeats"),
+        Parameter("period", "deg", 0.5, 360.0, None, "angle after which the error repeats"),
         Parameter(
             "phase", "rad", -math.pi, math.pi, None, "phase at the zero angle", circular=True
         ),
