@@ -13,7 +13,7 @@ import pytest
 from support.wires import KEYS, STAND_INS, STEP_DEG
 
 from servosight._verbs import bench as verbs
-from servosight.app.commands import bench as command
+from servosight.app.commands.bench import _options as options
 from servosight.app.commands.bench import _wizard as wizard
 from servosight.bench.servo import servo_kinds
 from servosight.models.core import Recording
@@ -26,7 +26,7 @@ def _literal(function: object, **types: type) -> tuple[str, ...]:
 
 
 PLACES = {
-    "bench --kind": command.KINDS,
+    "bench --kind": options.KINDS,
     "questions of the wizard": wizard._KINDS,
     "keys the wizard asks for": wizard._KEYS,
     "type of a rehearsal": get_args(virtual.Kind),
