@@ -235,20 +235,19 @@ def _view(part: SampledPart, angle_rad: Array, rounds: Sequence[_Round]) -> Obli
     change = best.angle_rad[known] - angle_rad[known]
     usual, ahead = best.estimate.sigma_rad, ahead_rad([one.angle_rad for one in rounds])
     smaller = _smaller_by(rounds[0], best)
-    other = _spread(change) * by_other_causes(smaller)
+    changed = _spread(change)
+    other = changed * by_other_causes(smaller)
     sigma = float(np.sqrt(usual**2 + ahead**2 + other**2))
-    settled = ahead < _SETTLED * _spread(change) and smaller > 0.0
+    settled = ahead < _SETTLED * changed and smaller > 0.0
     explained = settled and filled(angle_rad) and best.estimate.explained
     least = _LEAST_SMALLER if filled(angle_rad) else _MOST
     shown = explained or (smaller > least and _gain(rounds[0], best) > _SURE)
-    found = shown and sigma < (1.0 if explained else _KNOWN) * _spread(change)
-    by_plane = _spread(change) < _OTHERWISE * best.estimate.changes_rad
-    found = found and (by_plane or smaller > _MOST)
-    if not found:
+    sure = sigma < (1.0 if explained else _KNOWN) * changed
+    by_plane = changed < _OTHERWISE * best.estimate.changes_rad or smaller > _MOST
+    if not (shown and sure and by_plane):
         # What is shown, but not how far it goes, may go as far again, or as usual tilts do.
         further = min(sigma, rounds[0].estimate.usual_rad) if shown else 0.0
-        changed = float(np.hypot(_spread(change), further))
-        doubt = max(rounds[0].estimate.doubt_rad, changed)
+        doubt = max(rounds[0].estimate.doubt_rad, float(np.hypot(changed, further)))
         doubts = _doubts(rounds[0], rounds[0].estimate.doubt, doubt)
         return ObliqueView(False, 0.0, np.zeros(5), doubts, doubt, np.nan, np.nan, part.pivot_px)
     matrix = plane_matrix(best.shape_px, part.pivot_px, part.farthest_px)
