@@ -62,7 +62,8 @@ class Limits:
             "limits",
             _shown("neutral_deg"),
             self.neutral_deg,
-            f"{self.low_deg:g} to {self.high_deg:g}, from low_deg to high_deg",
+            f"{self.low_deg:g} to {self.high_deg:g}, from {_shown('low_deg')} to "
+            f"{_shown('high_deg')}",
         )
 
     @property
