@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from servosight.diagnose.discrepancy.basis import BasisMotion
 from servosight.diagnose.residuals import TEST
 from servosight.diagnose.selection import Trial
-from servosight.models.core import Array, Mask
+from servosight.models.core import Array, Mask, rms
 from servosight.models.plant import Stimulus, loop_filter
 
 STEPS_PER_T = 2.0
@@ -102,7 +102,7 @@ class DisturbanceEstimator:
         from scipy.linalg import cho_solve_banded, cholesky_banded
 
         count = self.motion.time_s.size
-        scale = float(np.sqrt(np.mean(self.sigma_deg**2)))
+        scale = rms(self.sigma_deg)
         step = pace * scale * np.sqrt(self.motion.interval_s)
         weight = self._gathered(1.0 / self.sigma_deg**2)
         pull = self._gathered(-self.residual_deg / self.sigma_deg**2)

@@ -14,7 +14,7 @@ from servosight.diagnose.discrepancy._plugin_codegen import plugin_source
 from servosight.diagnose.discrepancy.basis import BasisTerm
 from servosight.diagnose.selection import AcceptanceCriterion, ModelSelection, Trial
 from servosight.identify.fit import OwnValues
-from servosight.models.core import Array, Estimate, Frozen
+from servosight.models.core import Array, Estimate, Frozen, rms
 from servosight.models.effects import Effect
 
 MOST_INSTANTS = 3000
@@ -121,9 +121,7 @@ class Law(Frozen):
             held_out_after_deg=after,
             floor_deg=floor_deg,
             closed=closed,
-            missing_torque_rms_deg=tuple(
-                float(np.sqrt(np.mean(one.torque_deg**2))) for one in missing
-            ),
+            missing_torque_rms_deg=tuple(rms(one.torque_deg) for one in missing),
             missing=tuple(_thinned(one) for one in missing),
             draft=plugin_source([term.effect for term in terms], values, sentence),
         )

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from servosight.diagnose.residuals._samples import FEWEST, Index, Samples
-from servosight.models.core import Array, runs_of
+from servosight.models.core import Array, rms, runs_of
 
 TURN_SHARE = 0.02
 """A turn counts where the model comes back by this share of its range."""
@@ -165,19 +165,19 @@ def swings(samples: Sequence[Samples], noise_deg: float) -> Swings | None:
             error = one.error_deg[start:stop][one.scored[start:stop]]
             if error.size >= 3:
                 size = abs(float(one.angle_deg[stop] - one.angle_deg[start]))
-                rows.append((size, float(np.sqrt(np.mean(error**2))), error.size))
+                rows.append((size, rms(error), error.size))
     if len(rows) < FEWEST:
         return None
-    size, rms, count = np.array(sorted(rows)).T
+    size, rms_deg, count = np.array(sorted(rows)).T
     low, high = np.quantile(size, [0.1, 0.9])
     if high < LEAST_SPREAD * low:
         return None
-    own = np.sqrt(np.maximum(rms**2 - noise_deg**2, 0.1 * noise_deg**2 + 1e-24))
+    own = np.sqrt(np.maximum(rms_deg**2 - noise_deg**2, 0.1 * noise_deg**2 + 1e-24))
     x, y = np.log(size) - np.log(size).mean(), np.log(own)
     power = float(x @ y / (x @ x))
     rest = y - y.mean() - power * x
     sigma = float(np.sqrt(rest @ rest / (size.size - 2) / (x @ x)))
-    return Swings(size, rms, count.astype(np.int64), power, sigma)
+    return Swings(size, rms_deg, count.astype(np.int64), power, sigma)
 
 
 def _about_turns(one: Samples, lags: Index, step_s: float) -> list[Array]:

@@ -31,7 +31,7 @@ from servosight.export.core import (
     omitted,
     provenance_lines,
 )
-from servosight.models.core import Array, either, write_text
+from servosight.models.core import Array, either, rms, write_text
 
 USUAL_STEP_S = 1.0 / 120.0
 """JSBSim's own time step."""
@@ -175,7 +175,7 @@ def _run(request: ExportRequest, path: Path, trial: ExportTrial) -> Response:
         how = either(f"sample_time_s={FINE_STEP_S:g}", f"--sample-time {FINE_STEP_S:g}")
         notes = (
             f"JSBSim was run at steps of {step_s:.4g} s; at {FINE_STEP_S:g} s, export with {how}, "
-            f"the angle changes by {np.sqrt(np.mean(change**2)):.3g} deg rms",
+            f"the angle changes by {rms(change):.3g} deg rms",
         )
     return Response(time_s=time_s, angle_deg=angle, notes=notes)
 

@@ -32,6 +32,7 @@ from servosight.models.core import (
     either,
     fit_percent,
     one_or_more,
+    rms,
 )
 from servosight.models.effects import Effect, select
 from servosight.models.effects import catalogue as built_in
@@ -83,7 +84,7 @@ def identify_fmu(
     covariance = _covariance(search, end, noise)
     estimates, unknown = _estimates(search, end.point, covariance)
     shared = tuple(one.name for one in search.shared)
-    rmse_deg = float(np.sqrt(np.mean(end.residuals**2)))
+    rmse_deg = rms(end.residuals)
     return FmuFit(
         model=str(path),
         parameters=estimates,

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servosight.identify.problem._problem import Problem
-from servosight.models.core import TORQUE, Array, Mask, Recording
+from servosight.models.core import TORQUE, Array, Mask, Recording, rms
 from servosight.models.effects import Effect, GuessFeatures, ResidualFeatures
 from servosight.models.plant import loop_filter
 
@@ -92,7 +92,7 @@ def guess_features(problem: Problem, point: Array) -> GuessFeatures:
         drives.append(drive / own * TORQUE.factor(*mean))
         ranges.append(0.5 * recording.moved_range_deg)
     return GuessFeatures(
-        residual_deg=float(np.sqrt(np.mean(residual**2))),
+        residual_deg=rms(residual),
         amplitude_deg=float(max(ranges)),
         speed_deg_s=float(max(max(speeds), 1.0)),
         drive_deg=float(max(max(drives), 0.1)),

@@ -34,6 +34,7 @@ from servosight.models.core import (
     Recording,
     Table,
     axes_of,
+    rms,
     uncertain,
 )
 
@@ -230,7 +231,7 @@ def _fitted(
         ratio_sigma=np.sqrt(variance + missing**2 + off),
         play_deg=Estimate(gap, own, "deg") if seen else None,
         noise_deg=float(np.hypot(noises[0], np.mean(np.abs(slopes @ values)) * noises[1])),
-        rmse_deg=float(np.sqrt(np.mean(residuals**2))),
+        rmse_deg=rms(residuals),
         degree=degree,
     )
 

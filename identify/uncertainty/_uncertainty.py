@@ -15,7 +15,7 @@ from servosight.identify.uncertainty._correlation import by_recording
 from servosight.identify.uncertainty._matrix import Matrix, inverse_within
 from servosight.identify.uncertainty._profile import LikelihoodProfile
 from servosight.identify.uncertainty._sampling import misfit_share, sampling_covariance
-from servosight.models.core import CHI_SQUARE_95, Array, Estimate
+from servosight.models.core import CHI_SQUARE_95, Array, Estimate, rms
 
 _PARABOLA = (0.6, 1.6)
 """A step of one sigma costs 1 on a parabola; outside this range the profile is used."""
@@ -101,7 +101,7 @@ class Uncertainty:
         parts = zip(problem.sample_noises_deg, problem.weights, problem.masks, strict=True)
         noise = np.concatenate([(weight * sigma)[mask] for sigma, weight, mask in parts])
         mean_square = 2.0 * self.cost / max(noise.size, 1)
-        return misfit_share(mean_square, float(np.sqrt(np.mean(noise**2))))
+        return misfit_share(mean_square, rms(noise))
 
     @cached_property
     def _offsets(self) -> tuple[Array, Array]:

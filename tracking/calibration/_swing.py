@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array
+from servosight.models.core import Array, rms
 from servosight.tracking.calibration._swing_features import LEAST_FRAMES, Tracks
 from servosight.tracking.core import (
     Index,
@@ -63,7 +63,7 @@ class Swing:
     @property
     def significant(self) -> bool:
         """True where the picture is surely not the plane: the correction far exceeds its sigma."""
-        return self.gain_rad > _SURE * float(np.sqrt(np.mean(self.doubt_rad**2)))
+        return self.gain_rad > _SURE * rms(self.doubt_rad)
 
     def shared_at(self, angle_rad: Array) -> Array:
         """``shared_rad`` at other angles (n,) relative to the first frame's; (n, 4)."""

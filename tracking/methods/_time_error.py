@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.models.core import Array
+from servosight.models.core import Array, rms
 from servosight.tracking.composite import TRUST
 from servosight.tracking.core import Shutters, Track, principal
 from servosight.tracking.uncertainty import by_delay
@@ -22,7 +22,7 @@ def late_rms_deg(track: Track) -> float:
     not given makes."""
     if track.shutters is None or not track.found.any():
         return 0.0
-    return float(np.sqrt(np.mean(_delay(track, track.shutters)[track.found] ** 2)))
+    return rms(_delay(track, track.shutters)[track.found])
 
 
 def with_time_error(track: Track) -> Track:

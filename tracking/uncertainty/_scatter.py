@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 from scipy import ndimage
 
-from servosight.models.core import Array
+from servosight.models.core import Array, rms
 
 EIGHTH = 8
 """The order of differences that leaves little of a motion slower than a twentieth of the rate."""
@@ -41,7 +41,7 @@ def usual_size(size: Array) -> float:
     size = np.abs(size)
     for _ in range(_ROUNDS):
         size = size[size <= _USUAL * float(np.median(size)) / _MEDIAN]
-    return float(np.sqrt(np.mean(size**2)))
+    return rms(size)
 
 
 def even_scatter(angle: Array) -> float:

@@ -51,10 +51,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Simulate and write ``time_s,angle_deg,command_deg``; of a recording, print the error too."""
-    import numpy as np
-
     from servosight.app.inputs import load
     from servosight.models.base import write_text
+    from servosight.models.core import rms
     from servosight.models.io import table_text
     from servosight.sources import to_predict
 
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace) -> None:
     angle = predicted(recording, from_rest)
     words = "from rest"
     if not from_rest:
-        error_deg = float(np.sqrt(np.mean((angle - recording.angle_deg) ** 2)))
+        error_deg = rms(angle - recording.angle_deg)
         words = f"rms difference from the measured angle {error_deg:.3g} deg"
     time_s = recording.time_s
     columns = (time_s, angle, recording.command_at(time_s))

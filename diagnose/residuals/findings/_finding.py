@@ -9,7 +9,7 @@ import numpy as np
 
 from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals._samples import Samples, all_samples, held_out_samples
-from servosight.models.core import Recording, rounded, spoken, with_article
+from servosight.models.core import Recording, rms, rounded, spoken, with_article
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +47,8 @@ class Case:
         """The case of a model's errors."""
         samples = tuple(all_samples(judged))
         errors = [one.error_deg for one in samples] or [np.zeros(1)]
-        rms = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
-        return cls(samples, tuple(held_out_samples(judged)), rms, noise_deg, floor_deg)
+        rms_deg = rms(np.concatenate(errors))
+        return cls(samples, tuple(held_out_samples(judged)), rms_deg, noise_deg, floor_deg)
 
     @property
     def judged(self) -> list[Judged]:

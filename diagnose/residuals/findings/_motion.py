@@ -11,7 +11,7 @@ from servosight.diagnose.residuals._events import rests, swings, turns
 from servosight.diagnose.residuals._profiles import Quantity, profile
 from servosight.diagnose.residuals._samples import Index, grouped
 from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, shown, signed
-from servosight.models.core import Array
+from servosight.models.core import Array, rms
 
 STRONGER = 1.5
 """Errors are called larger from this multiple of the others on."""
@@ -64,8 +64,8 @@ def _speed_words(case: Case) -> str:
     speed = np.concatenate([np.abs(one.speed_deg_s[one.scored]) for one in case.samples])
     error = np.concatenate([one.error_deg[one.scored] for one in case.samples])
     slow, fast = np.quantile(speed, [0.35, 0.65])
-    at_rest = np.sqrt(np.mean(error[speed <= slow] ** 2))
-    on_way = np.sqrt(np.mean(error[speed >= fast] ** 2))
+    at_rest = rms(error[speed <= slow])
+    on_way = rms(error[speed >= fast])
     if on_way > STRONGER * at_rest:
         return " and grows with speed"
     if at_rest > STRONGER * on_way:
@@ -166,14 +166,15 @@ def _direction(case: Case) -> Iterator[Finding]:
     if min(np.sum(way == 0), np.sum(way == 1)) < 30:
         return
     square = [float(np.sum(errors[way == side] ** 2)) for side in (0, 1)]
-    rms = [np.sqrt(square[side] / np.sum(way == side)) for side in (0, 1)]
-    worse = int(rms[1] > rms[0])
-    if rms[worse] < STRONGER * rms[1 - worse]:
+    size_deg = [np.sqrt(square[side] / np.sum(way == side)) for side in (0, 1)]
+    worse = int(size_deg[1] > size_deg[0])
+    if size_deg[worse] < STRONGER * size_deg[1 - worse]:
         return
     yield case.finding(
         "direction",
-        f"The error is larger while the angle {('falls', 'rises')[worse]} ({shown(rms[worse])} deg "
-        f"rms) than while it {('falls', 'rises')[1 - worse]} ({shown(rms[1 - worse])} deg).",
+        f"The error is larger while the angle {('falls', 'rises')[worse]} "
+        f"({shown(size_deg[worse])} deg rms) than while it {('falls', 'rises')[1 - worse]} "
+        f"({shown(size_deg[1 - worse])} deg).",
         square[worse] / max(float(np.sum(errors**2)), 1e-300),
         grouped(case.samples, sizes, groups).p,
     )

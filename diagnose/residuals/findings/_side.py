@@ -17,7 +17,7 @@ from servosight.diagnose.residuals._judged import Judged
 from servosight.diagnose.residuals.findings._finding import Case, Finding, Test, shown
 from servosight.identify.problem import noise_deg
 from servosight.identify.transmission import transmission
-from servosight.models.core import Array, InputError
+from servosight.models.core import Array, InputError, rms
 
 
 def linkage_error_deg(surface: Judged, horn: Judged) -> Array:
@@ -58,10 +58,10 @@ def _linkage(case: Case) -> Iterator[Finding]:
         between, before = linkage_error_deg(surface, horn), motor_error_deg(horn)
         own = noise_deg(horn.recording)
         noise = float(np.hypot(noise_deg(surface.recording), own))
-        left, model = (float(np.sqrt(np.mean(one**2))) for one in (between, before))
+        left, model = (rms(one) for one in (between, before))
         beyond = float(np.sqrt(max(left**2 - noise**2, 0.0)))
         missing = beyond > case.floor_deg
-        apart = float(np.sqrt(np.mean(line_error_deg(surface, horn) ** 2))) if missing else beyond
+        apart = rms(line_error_deg(surface, horn)) if missing else beyond
         total = max(float(np.mean(surface.error_deg**2)), 1e-300)
         if missing:
             yield Finding(

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servosight.models.core import Array, Mask, Recording
+from servosight.models.core import Array, Mask, Recording, rms
 
 _LAGS_S = np.geomspace(1e-3, 0.5, 19)
 _NEIGHBOURS = 3
@@ -54,7 +54,7 @@ def noise_deg(recording: Recording) -> float:
     """Standard deviation of the measured angle [deg]."""
     sigma = recording.sigma_deg
     if sigma is not None and np.all(sigma > 0.0):
-        return float(np.sqrt(np.mean(sigma**2)))
+        return rms(sigma)
     begin = replace(
         recording, time_s=recording.time_s[:_MOST], angle_deg=recording.angle_deg[:_MOST]
     )

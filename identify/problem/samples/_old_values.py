@@ -10,7 +10,7 @@ import numpy as np
 
 from servosight.identify.problem.noise import resolution_deg
 from servosight.identify.problem.samples._read_limits import LIMITS, ReadErrorLimits
-from servosight.models.core import Array, Mask, Recording
+from servosight.models.core import Array, Mask, Recording, runs_of
 
 _BESIDE = 2
 """Moves on either side of an old value that say how fast the servo is."""
@@ -29,8 +29,7 @@ def old_values(recording: Recording, limits: ReadErrorLimits = LIMITS) -> Mask:
     time_s, angle = recording.time_s, recording.angle_deg
     old = np.zeros(angle.size, dtype=bool)
     change = np.diff(angle, prepend=np.inf)
-    edges = np.diff(np.concatenate([[False], change == 0.0, [False]]).astype(np.int8))
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    starts, ends = runs_of(change == 0.0).T
     least = limits.moving_steps * max(resolution_deg(angle), 1e-9)
     fits = (starts > _BESIDE) & (ends + _BESIDE < angle.size) & (ends - starts <= limits.longest)
     moving = np.abs(change[starts - 1]) >= least  # most runs are at rest
