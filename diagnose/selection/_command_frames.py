@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from servosight.diagnose.selection._own_latency import fitted_to_all
 from servosight.diagnose.selection.trials import ModelSelection, Trial
-from servosight.identify.fit import FramedFit, clear_frames
+from servosight.identify.fit import GAIN, FramedFit, clear_frames
 from servosight.identify.foreign import is_around_fmu
 
 FRAMES_REMEDY = (
@@ -17,9 +17,14 @@ FRAMES_REMEDY = (
 
 
 def command_frames(
-    models: ModelSelection, model: Trial, runs: Sequence[int], floor_deg: float
+    models: ModelSelection,
+    model: Trial,
+    runs: Sequence[int],
+    floor_deg: float,
+    gain: float = GAIN,
 ) -> FramedFit | None:
-    """The frames of the fitted and the carried recordings where they are clear beside a model.
+    """The frames of the fitted and the carried recordings where they are clear beside a model: with
+    them its error is less by the share ``gain``.
 
     Seen in the samples that fit and choose, never in those of the test. ``runs`` (recordings,)
     numbers the run that each of them is a part of: parts of one share their frames. None of a model
@@ -27,7 +32,7 @@ def command_frames(
     """
     if is_around_fmu(models.catalogue):
         return None
-    found = clear_frames(fitted_to_all(models, model), floor_deg)
+    found = clear_frames(fitted_to_all(models, model), floor_deg, gain)
     if found is None:
         return None
     of_run = {run: one for run, one in zip(runs, found.frames, strict=True) if one is not None}

@@ -91,7 +91,7 @@ class AcceptanceCriterion:
     def leaves_structure(self, score: Score) -> bool:
         """True where a model errs more than the noise makes, even if within the tolerance."""
         noise_deg = float(np.sqrt(max(self.floor_deg**2 - self.tolerance_deg**2, 0.0)))
-        return _larger_rmse(score) > self.policy.structure * noise_deg
+        return score.larger_rmse_deg > self.policy.structure * noise_deg
 
     def is_closer(self, score: Score, rival: Score) -> bool:
         """True where a model errs clearly less than another one that explains data within the
@@ -242,7 +242,7 @@ class AcceptanceCriterion:
         one, too many the other. A fitted k counts as an effect. Below the floor no error is better
         than another.
         """
-        return self._penalised(score, _larger_rmse(score))
+        return self._penalised(score, score.larger_rmse_deg)
 
     def overall_penalised_error(self, score: Score) -> float:
         """The same with the error of all fitted and validation samples."""
@@ -293,7 +293,7 @@ class AcceptanceCriterion:
 
     def _far(self, score: Score) -> bool:
         """True where fitted or validation data leave much: what is missing may show in one only."""
-        return _larger_rmse(score) > self.policy.far * self.floor_deg
+        return score.larger_rmse_deg > self.policy.far * self.floor_deg
 
     def wants_pairs(self, reached: Score, first: Score) -> bool:
         """True where no effect was added to the first model on its own, and one is missing."""
@@ -332,7 +332,3 @@ class AcceptanceCriterion:
                     found.remove(model)
                     found.insert(found.index(simple) + 1, model)
         return found
-
-
-def _larger_rmse(score: Score) -> float:
-    return max(score.train_rmse_deg, score.validation_rmse_deg)

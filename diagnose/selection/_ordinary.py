@@ -26,6 +26,10 @@ ORDINARY = (
 )
 """What an ordinary geared servo has; in this order each has what it needs to show before it."""
 
+INTEGRAL_LOOP = ("limited_integral", "current_limit", "gravity_load", "coulomb_friction")
+"""What a servo has whose loop integrates its error, the integral first: without that, or without
+the limit that it works against, all else is fitted wrong."""
+
 PLAY = ("backlash", "feedback_backlash")
 """The same play behind what the sensor sees and before it: where one is in a model that lacks the
 other, it takes up what that would explain."""

@@ -33,3 +33,8 @@ class Score:
     at_bounds: tuple[str, ...] = ()
     core_at_bounds: tuple[str, ...] = ()
     blocks_deg2: Array = field(default_factory=lambda: np.empty((2, 0)), compare=False, repr=False)
+
+    @property
+    def larger_rmse_deg(self) -> float:
+        """The larger of the errors of the fitted samples and of those that decide [deg]."""
+        return max(self.train_rmse_deg, self.validation_rmse_deg)

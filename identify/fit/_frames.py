@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.fit._effects import fit_effects
+from servosight.identify.fit._frame_alignment import aligned
 from servosight.identify.fit._frame_scene import CommandFrames, Found, FrameScene, in_frames
 from servosight.identify.fit._solution import Solution, polish
 
@@ -32,6 +33,8 @@ _CLEARER = 1.1  # times the error with the best frames, at least, of those of an
 _MISSES = 2.0  # floors: a smaller error is good enough
 GAIN = 0.6
 """The error must fall by this share, with all parameters fitted again, before frames are said."""
+POSSIBLE_GAIN = 0.25
+"""Beside a model that lacks other effects as well, frames that take this share off are possible."""
 DEAD_TIME = "dead_time"
 """What all recordings share of their delays."""
 
@@ -73,9 +76,9 @@ def frame_notes(fit: Solution, floor_deg: float) -> tuple[str, ...]:
     return () if found is None else found.sentences(names, remedy)
 
 
-def clear_frames(fit: Solution, floor_deg: float) -> FramedFit | None:
-    """The frames of the recordings of a fit, where they lower its error clearly; else None, as
-    where that is near its floor [deg]."""
+def clear_frames(fit: Solution, floor_deg: float, gain: float = GAIN) -> FramedFit | None:
+    """The frames of the recordings of a fit, where they lower its error by the share ``gain``; else
+    None, as where that is near its floor [deg]."""
     if fit.rmse_deg <= _MISSES * floor_deg:
         return None
     # Without one, T and xi would stand for what a frame delays in the mean.
@@ -85,7 +88,8 @@ def clear_frames(fit: Solution, floor_deg: float) -> FramedFit | None:
         return None
     recordings = in_frames(late.problem.recordings, found)
     framed = polish(replace(late.problem, recordings=recordings), [late.outcome.point])
-    if framed.rmse_deg > (1.0 - GAIN) * late.rmse_deg:
+    found, framed = aligned(framed, late.problem.recordings, found)
+    if framed.rmse_deg > (1.0 - gain) * late.rmse_deg:
         return None
     return FramedFit(found, framed.rmse_deg, late.rmse_deg)
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from servosight.diagnose.selection._steps import SearchEffort, Step, step_to
 from servosight.diagnose.selection.search._backward import BackwardSearch
 from servosight.diagnose.selection.search._beam import BeamSearch
+from servosight.diagnose.selection.search._joint import JointFits
 from servosight.diagnose.selection.search._visited import Visited
 from servosight.diagnose.selection.trials import Key, Trial
 from servosight.models.core import StageProgress
@@ -32,8 +33,9 @@ def ordinary_at_once(visited: Visited, effort: SearchEffort, progress: StageProg
     """The first ordinary effects fitted at once, with k held where it may be."""
     models = visited.models
     progress("ordinary effects together with k held", 0, 1)
-    backward = BackwardSearch(models, visited, effort, progress)
-    return backward.together(models.unloaded() or models.first())
+    return JointFits(models, visited, effort, progress).together(
+        models.unloaded() or models.first()
+    )
 
 
 def fitted_jointly(
@@ -65,8 +67,7 @@ def completed(
     criterion, last = visited.criterion, steps[-1].trial
     trial = last
     if criterion.wants_search(last.score) and last.effects:
-        backward = BackwardSearch(visited.models, visited, effort, progress)
-        trial = backward.with_ordinary(last)
+        trial = JointFits(visited.models, visited, effort, progress).with_ordinary(last)
     lower = visited.penalised_error(trial) < visited.penalised_error(last)
     if not criterion.settled(trial.score) and not lower:
         return list(steps)

@@ -45,7 +45,7 @@ def reached_deg(trials: Mapping[Key, Trial], effects: Sequence[str]) -> float:
     at a bound is no answer, and does not count.
     """
     fewer = (one.score for one in trials.values() if len(one.effects) < len(effects))
-    both = (max(one.train_rmse_deg, one.validation_rmse_deg) for one in fewer if not one.at_bounds)
+    both = (one.larger_rmse_deg for one in fewer if not one.at_bounds)
     return min(both, default=math.inf)
 
 

@@ -161,7 +161,7 @@ def test_the_core_alone_is_fitted_from_variations_far_above_the_floor(
 ) -> None:
     """Ten times the floor of 0.1 deg is far; nearer to it, it has been varied with its fit."""
     models = InventedModels({"": 3.0, "a": core_deg, "ab": core_deg})
-    backward(models, core=1).together(models.fitted((), "first"))  # type: ignore[arg-type]
+    backward(models, core=1).joint.together(models.fitted((), "first"))  # type: ignore[arg-type]
     assert models.done[:3] == ["first", "together ab", "together a"]
     assert ("vary a" in models.done) == varied
 
