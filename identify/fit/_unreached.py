@@ -31,17 +31,17 @@ HELD_BUDGET, FREE_BUDGET = 100, 150
 
 @dataclass(frozen=True)
 class Limits:
-    """An effect whose parameters are all limits, or one of several limits of an effect; ``names``
-    are those that a fit may not reach."""
+    """An effect with limits, or one of several limits of an effect; ``names`` are those that a fit
+    may not reach."""
 
     effect: Effect
     names: tuple[str, ...]
 
     def scaled(self, fit: Solution, share: float) -> Mapping[str, float]:
-        """The effect's first guess with the limits scaled by ``share``; of one limit of several
-        that alone, beside the others as they are fitted."""
+        """The effect's first guess with the limits scaled by ``share``; of an effect that remains
+        without them, and of one limit of several, the limit alone, all else as it is fitted."""
         guess = zip(self.effect.parameters, fit.as_base.guesses(self.effect)[0], strict=True)
-        whole = self.names == _names(self.effect)
+        whole = self.names == _names(self.effect) and _vanishes(self.effect)
         return {
             f"{self.effect.id}.{one.name}": share * value if one.name in self.names else value
             for one, value in guess
@@ -92,10 +92,15 @@ def _limits(effect: Effect) -> Iterator[Limits]:
 
 
 def _is_free(fit: Solution, effect: Effect) -> bool:
-    """True of an effect that vanishes as its limits grow, none of whose parameters are held."""
+    """True of an effect with limits, none of whose parameters are held."""
     held = any(f"{effect.id}.{one.name}" in fit.problem.held for one in effect.parameters)
+    return bool(_names(effect)) and not held
+
+
+def _vanishes(effect: Effect) -> bool:
+    """True where nothing of the effect is left as its limits grow."""
     sizes = {one.name for one in effect.parameters if one.neutral is not None}
-    return sizes <= set(_names(effect)) and not held
+    return sizes <= set(_names(effect))
 
 
 def _begun(fit: Solution, limits: Limits, enough_deg: float) -> Solution | None:

@@ -158,13 +158,22 @@ class JointFits:
             return begun
         if integral not in models.candidates(begun) or not set(others) <= set(models.catalogue):
             return begun
-        alone, most = self._alone(integral), 1.0 - criterion.policy.min_gain
-        first_deg = models.first().score.train_rmse_deg
-        if alone is not None and alone.score.train_rmse_deg > most * first_deg:
+        if not self._promises(integral, begun):
             return begun
         names = [name for name in INTEGRAL_LOOP if name in models.candidates(base)]
         other = self.effort.together(models, base, names, criterion.enough_deg)
-        return other if criterion.learnt(other.score, begun.score) else begun
+        if not criterion.learnt(other.score, begun.score):
+            return begun
+        return other if self.is_near(other) else self.varied(other, criterion.enough_deg)
+
+    def _promises(self, name: str, begun: Trial) -> bool:
+        """True where an effect takes much off the error of the first model, or off that of
+        ``begun`` by its sketch: behind either what is missing may hide it."""
+        models, most = self.models, 1.0 - self.visited.criterion.policy.min_gain
+        alone, sketch = self._alone(name), models.sketched(begun, name)
+        tried = [(sketch, begun)] if alone is None else [(alone, models.first()), (sketch, begun)]
+        errors = [(one.score.train_rmse_deg, base.score.train_rmse_deg) for one, base in tried]
+        return any(with_deg <= most * without_deg for with_deg, without_deg in errors)
 
     def gains_alone(self, name: str) -> bool:
         """False where the fitted data do not move an effect that is all that was added to the
