@@ -78,7 +78,8 @@ class InventedModels:
     lower; ``validation_deg`` are validation errors of sets that differ from their fitted ones;
     ``held_deg`` are errors of sets with k held; ``swapped_deg`` are errors of sets with a special
     case, fitted from what contains it; ``usual`` are the weights and frictions; ``beside`` are
-    the effects beside which alone one shows;
+    the effects beside which alone one shows; ``at_gains`` are those for one gain in whose place an
+    effect is at several;
     ``finished_deg`` are errors of sets whose fits go on to these; ``driven`` are effects that rest
     on a bound once another is there, by that one; ``core_at_bounds`` are sets of effects that drive
     T to a bound; ``on_command`` are effects of the command, ``discontinuous`` those with whose
@@ -95,6 +96,7 @@ class InventedModels:
     swapped_deg: Mapping[str, float] = field(default_factory=dict)
     usual: Mapping[str, Usual] = field(default_factory=dict)
     beside: Mapping[str, str] = field(default_factory=dict)
+    at_gains: Mapping[str, str] = field(default_factory=dict)
     explained_with_validation: Sequence[str] = ()
     finished_deg: Mapping[str, float] = field(default_factory=dict)
     at_bounds: Sequence[str] = ()
@@ -119,6 +121,7 @@ class InventedModels:
                 contains=tuple(self.contains.get(n, "")),
                 usual=self.usual.get(n),
                 together_with=tuple(self.beside.get(n, "")),
+                for_several_gains=self.at_gains.get(n),
                 place=Place.COMMAND if n in self.on_command else Place.LOAD,
                 parameters=(SimpleNamespace(discontinuous=n in self.discontinuous),),
             )

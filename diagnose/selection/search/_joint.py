@@ -46,7 +46,8 @@ class JointFits:
 
         Where they end above the floor, those at the core are fitted alone, from variations even
         far above it, as those of few parameters cost little, and all of them again from there if
-        that is lower. Where they still end far above it, and one that shapes the
+        that is lower; then with a current limit in the place of the torque limit, if that takes
+        much off. Where they still end far above it, and one that shapes the
         command matters, they are fitted with what contains it in its place: with a command of
         another shape all else is fitted wrong. Those of a loop that integrates are fitted in their
         place where an integral promises much. Where the cost is spent, what of these is known.
@@ -67,6 +68,8 @@ class JointFits:
             if not self.is_near(core):
                 self.varied(core, criterion.enough_deg)
             begun = models.no_worse(begun)
+        if not criterion.settled(begun.score):
+            begun = self._limited_with_damping(begun)
         if criterion.settled(begun.score) and not criterion.explained(begun.score):
             begun = self.varied(begun, 0.0)  # a minimum that is low enough need not be the lowest
         return self._integrated(base, self._shaped(base, new, begun))
@@ -166,14 +169,36 @@ class JointFits:
             return begun
         return other if self.is_near(other) else self.varied(other, criterion.enough_deg)
 
+    def _limited_with_damping(self, begun: Trial) -> Trial:
+        """``begun``, or lower: with the limit for several gains in the place of the one for one.
+
+        A limit that takes in the damping of the loop, too, lets the servo brake otherwise than one
+        that does not, and all else is fitted wrong with the wrong one of them.
+        """
+        models = self.models
+        for name, effect in models.catalogue.items():
+            if effect.for_several_gains not in begun.effects or name not in models.candidates(
+                begun
+            ):
+                continue
+            sketch = models.sketched(begun, name)
+            if self._takes_much(sketch, begun):
+                larger = models.finished(models.extended(begun, name, sketch))
+                begun = larger if self._takes_much(larger, begun) else begun
+        return begun
+
     def _promises(self, name: str, begun: Trial) -> bool:
         """True where an effect takes much off the error of the first model, or off that of
         ``begun`` by its sketch: behind either what is missing may hide it."""
-        models, most = self.models, 1.0 - self.visited.criterion.policy.min_gain
-        alone, sketch = self._alone(name), models.sketched(begun, name)
-        tried = [(sketch, begun)] if alone is None else [(alone, models.first()), (sketch, begun)]
-        errors = [(one.score.train_rmse_deg, base.score.train_rmse_deg) for one, base in tried]
-        return any(with_deg <= most * without_deg for with_deg, without_deg in errors)
+        alone, sketch = self._alone(name), self.models.sketched(begun, name)
+        shown = alone is not None and self._takes_much(alone, self.models.first())
+        return shown or self._takes_much(sketch, begun)
+
+    def _takes_much(self, trial: Trial, base: Trial) -> bool:
+        """True where ``trial`` errs less than ``base`` on the fitted samples by what an effect must
+        gain."""
+        most = 1.0 - self.visited.criterion.policy.min_gain
+        return trial.score.train_rmse_deg <= most * base.score.train_rmse_deg
 
     def gains_alone(self, name: str) -> bool:
         """False where the fitted data do not move an effect that is all that was added to the
