@@ -233,10 +233,20 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(
         assert all("recording.toml" in note for note in notes)
 
 
-def test_frames_beside_the_last_model_alone_are_taken_and_all_is_done_again(
-    models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("framed_deg", "expected"),
+    [
+        (0.11, ("framed",)),  # 63 % less
+        (0.13, ()),  # 57 %
+    ],
+)
+def test_frames_beside_the_last_model_alone_count_where_its_error_falls_with_them(
+    models: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    framed_deg: float,
+    expected: tuple[str, ...],
 ) -> None:
-    steps = Step(trial("")), Step(trial("a", 0.3), "a")
+    """All is done again with them."""
     models["framed"] = {
         ("a",): SimpleNamespace(frames=("own", None), sentences=lambda names, remedy: ("framed",))
     }
@@ -244,17 +254,19 @@ def test_frames_beside_the_last_model_alone_are_taken_and_all_is_done_again(
 
     def selector(made: Any, *_: Any) -> Any:
         splits.append(made.split.frames)
+        last_deg = 0.3 if len(splits) == 1 else framed_deg
+        steps = Step(trial("")), Step(trial("a", last_deg), "a")
         return SimpleNamespace(select=lambda: Selected(steps, ()))
 
     monkeypatch.setattr(_outcome, "StepwiseSelector", selector)
-    monkeypatch.setattr(_outcome, "firm", lambda *_: (Selected(steps, ()), Stability()))
+    monkeypatch.setattr(_outcome, "firm", lambda *given: (given[-1], Stability()))
     monkeypatch.setattr(_outcome, "special_case", lambda *_: None)
     monkeypatch.setattr(_outcome, "latencies_left", lambda *_: ())
     found = _outcome.select(
         data(), CRITERION, PriorKnowledge(), auto=True, progress=lambda *_: None
     )
     assert splits == [None, ("own", None)]
-    assert found.timing == ("framed",)
+    assert found.timing == expected
 
 
 @pytest.mark.parametrize(
