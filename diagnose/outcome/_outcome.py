@@ -35,7 +35,7 @@ from servosight.diagnose.selection import (
     latencies_left,
     own_latencies,
 )
-from servosight.identify.fit import GAIN, POSSIBLE_GAIN, CommandFrames, FramedFit
+from servosight.identify.fit import FRAMES_GAIN, POSSIBLE_FRAMES_GAIN, CommandFrames, FramedFit
 from servosight.models.core import StageProgress, Table
 
 
@@ -94,7 +94,7 @@ def select(
 
     ``framed``: how the commands of the recordings act once a frame, where that is known already.
     It shows beside the first model, or, where much else is missing, beside the last one alone: all
-    is then done again, and that counts where its last model errs clearly less.
+    is then done again, and that counts where its last model is at the floor or errs clearly less.
     """
     models, timing, framed = _models(data, criterion, prior, framed, progress)
     selector = StepwiseSelector(models, criterion, progress)
@@ -109,11 +109,14 @@ def select(
         if last is not checked:
             stable = stability(models, criterion, last)
         if framed is None and not criterion.explained(last.score):
-            framed = command_frames(models, last, data.runs, data.levels.floor_deg, POSSIBLE_GAIN)
+            framed = command_frames(
+                models, last, data.runs, data.levels.floor_deg, POSSIBLE_FRAMES_GAIN
+            )
             if framed is not None:
                 other = select(data, criterion, prior, auto=auto, progress=progress, framed=framed)
-                most_deg = (1.0 - GAIN) * last.score.larger_rmse_deg
-                if other.last.score.larger_rmse_deg < most_deg:
+                most_deg = (1.0 - FRAMES_GAIN) * last.score.larger_rmse_deg
+                score = other.last.score
+                if criterion.done(score) or score.larger_rmse_deg < most_deg:
                     return other
         if not any(models.split.late_s) and not criterion.explained(last.score):
             timing = (*timing, *latencies_left(models, last, _names(data)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from servosight.diagnose.selection._own_latency import fitted_to_all
 from servosight.diagnose.selection.trials import ModelSelection, Trial
-from servosight.identify.fit import GAIN, FramedFit, clear_frames
+from servosight.identify.fit import FRAMES_GAIN, FramedFit, clear_frames
 from servosight.identify.foreign import is_around_fmu
 
 FRAMES_REMEDY = (
@@ -21,7 +21,7 @@ def command_frames(
     model: Trial,
     runs: Sequence[int],
     floor_deg: float,
-    gain: float = GAIN,
+    gain: float = FRAMES_GAIN,
 ) -> FramedFit | None:
     """The frames of the fitted and the carried recordings where they are clear beside a model: with
     them its error is less by the share ``gain``.

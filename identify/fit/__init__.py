@@ -20,8 +20,8 @@ from servosight.identify.fit._floor import tolerance_deg as tolerance_deg
 from servosight.identify.fit._frame_scene import CommandFrames as CommandFrames
 from servosight.identify.fit._frame_scene import in_frames as in_frames
 from servosight.identify.fit._frames import DEAD_TIME as DEAD_TIME
-from servosight.identify.fit._frames import GAIN as GAIN
-from servosight.identify.fit._frames import POSSIBLE_GAIN as POSSIBLE_GAIN
+from servosight.identify.fit._frames import FRAMES_GAIN as FRAMES_GAIN
+from servosight.identify.fit._frames import POSSIBLE_FRAMES_GAIN as POSSIBLE_FRAMES_GAIN
 from servosight.identify.fit._frames import FramedFit as FramedFit
 from servosight.identify.fit._frames import clear_frames as clear_frames
 from servosight.identify.fit._frames import frame_notes as frame_notes

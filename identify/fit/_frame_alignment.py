@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servosight.identify.fit._frame_scene import CommandFrames, in_frames
+from servosight.identify.fit._frame_scene import CommandFrames, alone_in_frames, in_frames
 from servosight.identify.fit._solution import Solution, polish
 from servosight.identify.search import half_squares
 from servosight.models.core import Recording
@@ -65,9 +65,5 @@ def _closest(
 
 def _cost(fit: Solution, recording: Recording, r: int, frames: CommandFrames) -> float:
     """Half the squared error of one recording with these frames, all parameters as fitted."""
-    problem = fit.problem
-    own = [one.recording is None or one.recording == r for one in problem.coordinates]
-    alone = replace(
-        problem, recordings=(frames.of(recording),), masks=(problem.masks[r],), noises_deg=None
-    )
-    return float(half_squares(alone.residuals(fit.outcome.point[own][None, :]))[0])
+    alone, point = alone_in_frames(fit, r, recording, frames)
+    return float(half_squares(alone.residuals(point[None, :]))[0])

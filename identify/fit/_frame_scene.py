@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servosight.identify.fit._solution import Solution
-from servosight.identify.problem import LOST_DEG
+from servosight.identify.problem import LOST_DEG, Problem
 from servosight.identify.uncertainty import by_recording, clock_slope
 from servosight.models.core import Array, Recording
 from servosight.models.plant import Plant, Stimulus
@@ -40,6 +40,18 @@ def in_frames(
     """The recordings with commands that act once a frame, where they have frames."""
     pairs = zip(recordings, frames, strict=True)
     return tuple(one if own is None else own.of(one) for one, own in pairs)
+
+
+def alone_in_frames(
+    fit: Solution, r: int, recording: Recording, frames: CommandFrames
+) -> tuple[Problem, Array]:
+    """The fit of the one ``recording`` in these frames, number ``r`` of ``fit``, and its point."""
+    problem = fit.problem
+    own = [one.recording is None or one.recording == r for one in problem.coordinates]
+    alone = replace(
+        problem, recordings=(frames.of(recording),), masks=(problem.masks[r],), noises_deg=None
+    )
+    return alone, fit.outcome.point[own]
 
 
 Found = tuple[float, float, CommandFrames]

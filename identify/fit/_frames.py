@@ -14,7 +14,13 @@ import numpy as np
 
 from servosight.identify.fit._effects import fit_effects
 from servosight.identify.fit._frame_alignment import aligned
-from servosight.identify.fit._frame_scene import CommandFrames, Found, FrameScene, in_frames
+from servosight.identify.fit._frame_scene import (
+    CommandFrames,
+    Found,
+    FrameScene,
+    alone_in_frames,
+    in_frames,
+)
 from servosight.identify.fit._solution import Solution, polish
 
 _USUAL_S = (
@@ -31,9 +37,9 @@ _LEAST = 0.3  # of the squared residual
 _MOST_LEFT = 0.7  # of it in the windows: far more than what may remain of the error
 _CLEARER = 1.1  # times the error with the best frames, at least, of those of another length
 _MISSES = 2.0  # floors: a smaller error is good enough
-GAIN = 0.6
+FRAMES_GAIN = 0.6
 """The error must fall by this share, with all parameters fitted again, before frames are said."""
-POSSIBLE_GAIN = 0.25
+POSSIBLE_FRAMES_GAIN = 0.25
 """Beside a model that lacks other effects as well, frames that take this share off are possible."""
 DEAD_TIME = "dead_time"
 """What all recordings share of their delays."""
@@ -76,7 +82,7 @@ def frame_notes(fit: Solution, floor_deg: float) -> tuple[str, ...]:
     return () if found is None else found.sentences(names, remedy)
 
 
-def clear_frames(fit: Solution, floor_deg: float, gain: float = GAIN) -> FramedFit | None:
+def clear_frames(fit: Solution, floor_deg: float, gain: float = FRAMES_GAIN) -> FramedFit | None:
     """The frames of the recordings of a fit, where they lower its error by the share ``gain``; else
     None, as where that is near its floor [deg]."""
     if fit.rmse_deg <= _MISSES * floor_deg:
@@ -187,8 +193,5 @@ def _timed(fit: Solution, r: int, frames: CommandFrames) -> CommandFrames:
 
 def _framed_cost(fit: Solution, r: int, frames: CommandFrames) -> float:
     """The cost of the model fitted to that recording alone, with these frames [deg^2]."""
-    problem = fit.problem
-    alone = frames.of(problem.recordings[r])
-    own = [one.recording is None or one.recording == r for one in problem.coordinates]
-    single = replace(problem, recordings=(alone,), masks=(problem.masks[r],), noises_deg=None)
-    return float(polish(single, [fit.outcome.point[own]]).outcome.cost)
+    alone, point = alone_in_frames(fit, r, fit.problem.recordings[r], frames)
+    return float(polish(alone, [point]).outcome.cost)

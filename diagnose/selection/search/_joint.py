@@ -127,10 +127,11 @@ class JointFits:
         return [*known, *(name for name in apart if name not in special)]
 
     def _known_with(self, base: Trial, new: Sequence[str]) -> Trial:
-        """The best of ``base`` with ``new``, or with a richer effect of the command, that was
-        fitted before; ``base`` where none was."""
+        """The best that was fitted before of ``base`` with ``new``, or with what is tried in the
+        place of these; ``base`` where none was."""
         shaped = [self.richer.get(name, name) for name in new]
-        wanted = [{*base.effects, *new}, {*base.effects, *shaped}]
+        limited = (at_several_gains(names, self.models.catalogue) for names in (new, shaped))
+        wanted = [{*base.effects, *names} for names in (new, shaped, *limited, INTEGRAL_LOOP)]
         joint = (one for one in self.models.alike(base) if set(one.effects) in wanted)
         return min(joint, key=lambda one: one.score.train_rmse_deg, default=base)
 
@@ -176,10 +177,8 @@ class JointFits:
         that does not, and all else is fitted wrong with the wrong one of them.
         """
         models = self.models
-        for name, effect in models.catalogue.items():
-            if effect.for_several_gains not in begun.effects or name not in models.candidates(
-                begun
-            ):
+        for name in at_several_gains(begun.effects, models.catalogue):
+            if name not in models.candidates(begun):
                 continue
             sketch = models.sketched(begun, name)
             if self._takes_much(sketch, begun):

@@ -234,15 +234,17 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(
 
 
 @pytest.mark.parametrize(
-    ("framed_deg", "expected"),
+    ("unframed_deg", "framed_deg", "expected"),
     [
-        (0.11, ("framed",)),  # 63 % less
-        (0.13, ()),  # 57 %
+        (0.3, 0.11, ("framed",)),  # 63 % less
+        (0.3, 0.13, ()),  # 57 %
+        (0.2, 0.1, ("framed",)),  # at the floor
     ],
 )
 def test_frames_beside_the_last_model_alone_count_where_its_error_falls_with_them(
     models: dict[str, Any],
     monkeypatch: pytest.MonkeyPatch,
+    unframed_deg: float,
     framed_deg: float,
     expected: tuple[str, ...],
 ) -> None:
@@ -254,7 +256,7 @@ def test_frames_beside_the_last_model_alone_count_where_its_error_falls_with_the
 
     def selector(made: Any, *_: Any) -> Any:
         splits.append(made.split.frames)
-        last_deg = 0.3 if len(splits) == 1 else framed_deg
+        last_deg = unframed_deg if len(splits) == 1 else framed_deg
         steps = Step(trial("")), Step(trial("a", last_deg), "a")
         return SimpleNamespace(select=lambda: Selected(steps, ()))
 

@@ -7,10 +7,6 @@ from tests.diagnose.selection.search.test_search_steps import backward
 from tests.support.invented_models import InventedModels
 
 from servosight.diagnose.selection._ordinary import INTEGRAL_LOOP
-from servosight.diagnose.selection._steps import SearchEffort
-from servosight.diagnose.selection.search import Visited
-from servosight.diagnose.selection.search._joint import JointFits
-from servosight.models.core import silent
 
 
 @pytest.mark.parametrize(
@@ -36,8 +32,6 @@ def test_a_limit_with_damping_takes_the_place_of_one_without(
 def test_an_integral_has_its_own_first_fit_only_where_the_catalogue_has_what_it_needs() -> None:
     """A catalogue of letters has none of these effects."""
     models = InventedModels({"": 3.0, "abc": 2.5})
-    visited: Visited = backward(models).visited
-    joint = JointFits(models, visited, SearchEffort(), silent)  # type: ignore[arg-type]
     begun = models.fitted(("a", "b", "c"), "begun")
-    assert joint._integrated(models.first(), begun) is begun  # type: ignore[arg-type, comparison-overlap]
+    assert backward(models).joint._integrated(models.first(), begun) is begun  # type: ignore[arg-type, comparison-overlap]
     assert INTEGRAL_LOOP[0] not in models.catalogue

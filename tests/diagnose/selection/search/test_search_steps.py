@@ -244,15 +244,21 @@ def test_none_are_fitted_at_once_where_all_are_there_or_nothing_may_be_spent() -
     assert models.done == ["first"]
 
 
-@pytest.mark.parametrize(("shaped_deg", "known"), [(0.2, "bcde"), (0.4, "abcd")])
+@pytest.mark.parametrize(
+    ("shaped_deg", "limited_deg", "known"),
+    [(0.2, 0.5, "bcde"), (0.4, 0.5, "abcd"), (0.2, 0.1, "acdf")],
+)
 def test_what_was_fitted_at_once_before_is_known_where_all_is_spent(
-    shaped_deg: float, known: str
+    shaped_deg: float, limited_deg: float, known: str
 ) -> None:
-    """The better of all with a slew limit, ``a``, and with the profile ``e`` that contains it."""
-    errors = {"": 1.0, "abcd": 0.3, "bcde": shaped_deg}
-    models = InventedModels(errors, contains={"e": "a"}, on_command="ae")
+    """The best of all with a slew limit, ``a``, with the profile ``e`` that contains it, and with
+    the limit ``f`` for several gains in the place of ``b``."""
+    errors = {"": 1.0, "abcd": 0.3, "bcde": shaped_deg, "acdf": limited_deg}
+    models = InventedModels(
+        errors, contains={"e": "a", "f": "b"}, on_command="ae", at_gains={"f": "b"}
+    )
     linear = models.fitted((), "first")
-    for effects in ("abcd", "bcde"):
+    for effects in ("abcd", "bcde", "acdf"):
         models.fitted(tuple(effects), "together")
     policy = SelectionPolicy(ordinary=tuple("abcde"), together=4)
     visited = Visited(models, AcceptanceCriterion(0.1, 0.0, policy))  # type: ignore[arg-type]
