@@ -22,7 +22,7 @@ from servosight.tracking.appearance.surface import (
     surface_mask,
     tightened,
 )
-from servosight.tracking.core import Box, Features
+from servosight.tracking.core import Box, Features, Index
 from servosight.tracking.fit import PolarGrid, spacing
 
 _COARSE_PX = 1.5
@@ -57,7 +57,7 @@ def acquire(
                 f"{pivot_px[0]:g},{pivot_px[1]:g}; expected a textured piece of the moving "
                 "surface and its hinge, move the box or the pivot."
             )
-        chosen = np.flatnonzero(found)
+        chosen = _of_all_poses(np.flatnonzero(found), angles, grid)
         shown = [images[int(i)] for i in chosen]
         rough, exact = _learnt(video, shown, angles[chosen], mask, grid)
         angles[chosen] = exact
@@ -75,7 +75,7 @@ def acquire(
         mask = _on_lattice(hull, grid)
         rough = None
         angles = _completed(images, angles, single(images[reference], mask, grid))
-    known = np.flatnonzero(np.isfinite(angles))
+    known = _of_all_poses(np.flatnonzero(np.isfinite(angles)), angles, grid)
     some = known[spread(angles[known], _ROUGH_FRAMES)]
     light = _light(images)
     for learnt in (some, known):
@@ -102,6 +102,26 @@ def acquire(
     shown = [images[int(i)] for i in clear]
     edge = tightened(shown, light[clear], exact[good], rough.pivot_px, rough.outline_px)
     return replace(rough, outline_px=edge)
+
+
+def _of_all_poses(frames: Index, angles_rad: Array, grid: PolarGrid) -> Index:
+    """Of the frames those to learn from: of one pose no more than of all others together.
+
+    A part that rests for most of the time, as before a step, has one picture then, with the
+    camera's fixed pattern and what the codec copied: that of the turned frames is another one.
+    """
+    ordered = frames[np.argsort(angles_rad[frames], kind="stable")]
+    first_rad, pose = -np.inf, -1
+    poses = np.empty(len(ordered), int)
+    for place, angle in enumerate(angles_rad[ordered]):
+        if (angle - first_rad) * grid.largest_px > _LEAST_TURN_PX:
+            first_rad, pose = angle, pose + 1
+        poses[place] = pose
+    largest = poses == np.bincount(poses).argmax()
+    others = int(np.count_nonzero(~largest))
+    if others == 0:
+        return frames
+    return np.sort(np.r_[ordered[~largest], ordered[largest][:others]])
 
 
 def _learnt(
