@@ -103,13 +103,13 @@ class Runs:
 
     # The signature is that of the compiled kernel, which this stands in for.
     def fill(
-        self, rows: Array, times: Array, values: Array, linear: bool, pushes: Array,
-        restarts: Array, samples: Array, horn: bool, step: float, out: Array,
+        self, rows: Array, times: Array, values: Array, linear: bool, joined_deg: float,
+        pushes: Array, restarts: Array, samples: Array, horn: bool, step: float, out: Array,
     ) -> None:  # fmt: skip
         """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples), NaN where it fails.
 
-        The steps are the FMU's own and its one input is the command: ``step``, ``pushes`` and
-        ``restarts`` are not used.
+        The steps are the FMU's own and its one input is the command: ``step``, ``joined_deg``,
+        ``pushes`` and ``restarts`` are not used.
         """
         asked = _Asked.of(times, values, linear, samples)
         for row, target in zip(rows, out, strict=True):

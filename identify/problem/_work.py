@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from servosight.models.core import Array
 
-ORDINARY_STEP_S = 4e-3
-"""The steps [s] of a simulation that costs 1."""
+ORDINARY_STEP_S = 1e-3
+"""The steps [s] of the linear core in a simulation that costs 1; those of the whole equation, which
+cost ``FULL_STEP`` times as much, may be as much longer."""
 MOST_BYTES = 2**26
 """Of the answers that are kept: 3,500 of a recording of 20 s at 120 Hz."""
 
 Key = tuple[Hashable, bytes]
 Answer = tuple[Array, int | None]
-"""Angles (samples,) of one row, and how many steps they took."""
+"""Angles (samples,) of one row, and what they cost, in steps of the linear core."""
 
 
 @dataclass
@@ -70,7 +71,7 @@ class Work:
         """Angles (batch, samples) of ``rows`` (batch, parameters): each different row once.
 
         ``asked`` stands for the plant and all that it is given beside the rows, and ``duration_s``
-        for how long that lasts. ``simulate`` returns angles and how many steps each row took.
+        for how long that lasts. ``simulate`` returns angles and what each row cost.
         """
         keys = [(asked, row.tobytes()) for row in rows]
         places = dict(zip(keys, range(len(keys)), strict=True))

@@ -34,6 +34,8 @@ class Stimulus:
     ``disturbance`` (2, rows): times and values of the known disturbance, held between rows.
     ``restarts`` (3, n): times [s], angles [deg] and speeds [deg/s] with which the motion begins
     anew there, whatever the model has come to; none in a simulation from the command alone.
+    ``joined_deg``: rows closer to each other than a step are taken as one straight line where that
+    changes the motion by about so much [deg] at most, which is faster; 0: a step ends at each row.
     """
 
     time_s: Array
@@ -44,6 +46,7 @@ class Stimulus:
     horn: bool = False
     disturbance: Array = field(default_factory=lambda: np.zeros((2, 1)))
     restarts: Array = field(default_factory=lambda: np.zeros((3, 0)))
+    joined_deg: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("time_s", "command_deg", "samples_s", "disturbance", "restarts"):
@@ -52,7 +55,9 @@ class Stimulus:
     @cached_property
     def digest(self) -> bytes:
         """The same for stimuli that ask the same: a hash of all that they hold."""
-        found = hashlib.blake2b(f"{self.linear} {self.horn}".encode(), digest_size=16)
+        found = hashlib.blake2b(
+            f"{self.linear} {self.horn} {self.joined_deg}".encode(), digest_size=16
+        )
         for values in (
             self.time_s, self.command_deg, self.samples_s, self.weights,
             self.disturbance, self.restarts,
@@ -118,8 +123,8 @@ class Plant:
     def simulate_counted(
         self, rows: Array, stimulus: Stimulus, step_s: float | None = None
     ) -> tuple[Array, Steps | None]:
-        """The same, and how many steps each row took, (batch,); None where the plant does not tell,
-        as an FMU."""
+        """The same, and what each row cost, in steps of the linear core, (batch,); None where the
+        plant does not tell, as an FMU."""
         batch = np.atleast_2d(np.asarray(rows, dtype=np.float64))
         if batch.shape[1] != self.layout.width:
             raise ValueError(f"rows have {batch.shape[1]} columns, expected {self.layout.width}")
@@ -129,6 +134,7 @@ class Plant:
             stimulus.time_s,
             stimulus.command_deg,
             stimulus.linear,
+            stimulus.joined_deg,
             stimulus.disturbance,
             stimulus.restarts,
             stimulus.samples_s,

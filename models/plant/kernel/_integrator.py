@@ -4,7 +4,7 @@ One row of parameters, one command, many instants of the output. The linear core
 exactly, under dry friction of one size as well; what else the effects add is a forcing of that
 core, taken by Cox and Matthews' fourth-order scheme. A step ends where friction stops the motion
 (which then sticks exactly), where a term has a kink, where the motion turns round in front of a
-play, and at every row of the command.
+play, and at every row of the command, or of several that one line stands for.
 
 This file, ``_piece.py`` and ``_steps.py`` are compiled into the plant kernel (_codegen.py): the
 terms come from ``_terms.py``, of which the generated kernel holds the version for a registry of
@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from servosight.models.plant.kernel._linear_core import step_lengths
+from servosight.models.plant.kernel._linear_core import STEP_SHARE, step_lengths
 from servosight.models.plant.kernel._piece import branches, first_mode, motor, piece
 from servosight.models.plant.kernel._steps import TINY, core_updates, settled
 from servosight.models.plant.kernel._terms import (
@@ -50,6 +50,8 @@ FEWEST_PIECES = 100_000
 PIECES_SHARE = 20.0
 """The same for pieces that terms make of the command: a profile's are many, short and no chatter,
 so their first step does not count as one."""
+FULL_STEP = 8
+"""What a step of the whole equation costs, in steps of the linear core or pieces of the command."""
 
 
 @njit
@@ -70,6 +72,25 @@ def recorded_piece(times, values, linear, row, t):
         slope = (values[row + 1] - value) / (times[row + 1] - times[row])
         value += slope * (t - times[row])
     return row, value, slope, times[row + 1] - t
+
+
+@njit
+def acting_piece(p, on, shaped, command, row, t, last):
+    """The straight piece of the command that acts at ``t``, as :func:`recorded_piece`; last what
+    the terms on the command remember of it, values and slopes.
+
+    ``command``: times, values and whether it is linear between them; ``last`` is what the terms
+    have come to.
+    """
+    times, values, linear = command
+    row, value, slope, horizon = recorded_piece(times, values, linear, row, t)
+    own = last, last
+    if shaped:
+        value, slope, horizon, own_values, own_slopes = command_chain(
+            p, on, value, slope, horizon, last
+        )
+        own = own_values, own_slopes
+    return row, value, slope, horizon, own
 
 
 @njit
@@ -103,12 +124,54 @@ def begun_anew(p, on, friction, motion, memory, horn, angle, speed):
     return (angle, speed), first[:2] + z[2:], first_mode(friction, speed)
 
 
+@njit
+def with_piece(sums, value, slope, width):
+    """The integrals of straight pieces that follow each other, with one more.
+
+    ``sums`` are the first value v, the width so far and that of the widest piece, and over them
+    the integrals of f - v, t (f - v), t^2 (f - v) and (f - v)^2.
+    """
+    first, before, widest, level, moment, second, square = sums
+    v = value - first
+    area = width * (v + 0.5 * slope * width)
+    own_moment = width * width * (0.5 * v + slope * width / 3.0)
+    own_second = width * width * width * (v / 3.0 + 0.25 * slope * width)
+    return (
+        first,
+        before + width,
+        max(widest, width),
+        level + area,
+        moment + before * area + own_moment,
+        second + before * (before * area + 2.0 * own_moment) + own_second,
+        square + width * (v * v + slope * width * (v + slope * width / 3.0)),
+    )
+
+
+@njit
+def straightened(sums, scale):
+    """The straight line of the same area and first moment as these pieces: its first value and
+    slope. And by how much it changes what follows them with a time constant ``scale`` [s]: what it
+    leaves is a parabola over all of them, and what changes as fast as the widest one.
+    """
+    first, width, widest, level, moment, second, square = sums
+    mean = level / width
+    slope = 12.0 * (moment / width - 0.5 * level) / (width * width)
+    bent = 5.0 * (6.0 * (second / width - moment) / (width * width) + mean)
+    left = square / width - mean * mean - slope * slope * width * width / 12.0 - 0.2 * bent * bent
+    changed = abs(bent) * (width / scale) ** 2 + math.sqrt(max(left, 0.0)) * (widest / scale) ** 2
+    return first + mean - 0.5 * slope * width, slope, changed
+
+
 # One long function: a row's state lives in local variables, which the compiler keeps in registers.
 @njit
-def _row(row_values, times, values, linear, pushes, restarts, samples, horn, steps, out):
+def _row(
+    row_values, times, values, linear, joined_deg, pushes, restarts, samples, horn, steps, out
+):
     """Simulate one row of parameters; fills ``out`` (samples,), NaN where the steps run out or the
-    motion runs away. Returns how many steps and pieces of the command it took.
+    motion runs away. Returns what it cost: see ``FULL_STEP``.
 
+    ``joined_deg``: rows of the command, and what its terms make of one, shorter than a step are
+    taken as one straight line where that changes the motion by no more; 0: never.
     ``pushes``: times and values of the known disturbance, held from each row to the next.
     ``restarts``: times, angles and speeds at which the motion begins anew.
     ``steps``: where something has just changed, and the longest, to which they grow from there on.
@@ -131,6 +194,7 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
     t = samples[0]
     stop = samples[-1]
     row = np.searchsorted(times, t - shift, side="right") - 1
+    command = (times, values, linear)
     last = command_start(p, on, recorded_piece(times, values, linear, row, t - shift)[1])
     n = 0
     push_row, restart = -1, 0
@@ -143,58 +207,86 @@ def _row(row_values, times, values, linear, pushes, restarts, samples, horn, ste
         push_row = np.searchsorted(pushes[0], t, side="right") - 1
         length += len(pushes[0])
     budget = FEWEST_STEPS + int(STEPS_SHARE * length)
-    allowed, made = budget, 0
+    step_cost = 1 if acts[0] else FULL_STEP
+    made, cost = 0, 0
     pieces = FEWEST_PIECES + int(PIECES_SHARE * length)
     while n < len(samples):
-        row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
-        if shaped:
-            value, slope, horizon, own_value, own_slope = command_chain(
-                p, on, value, slope, horizon, last
-            )
+        row, value, slope, horizon, own_command = acting_piece(
+            p, on, shaped, command, row, t - shift, last
+        )
+        until = math.inf
         if pushed:
             push_row, push, _, until = recorded_piece(pushes[0], pushes[1], False, push_row, t)
             p = with_input(p, on, push)
-            horizon = min(horizon, until)
         while restart < restarts.shape[1] and restarts[0, restart] - t <= TINY:
             motion = begun_anew(
                 p, on, acts[2], motion, memory, horn, restarts[1, restart], restarts[2, restart]
             )
             restart += 1
         if restart < restarts.shape[1]:
-            horizon = min(horizon, restarts[0, restart] - t)
+            until = min(until, restarts[0, restart] - t)
+        horizon = min(horizon, until)
+        passed = 0.0  # of the span, before its last piece
+        if joined_deg > 0.0 and not acts[0] and t > samples[0] and horizon < step:
+            sums = with_piece((value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), value, slope, horizon)
+            while made <= pieces:
+                following = last
+                if shaped:
+                    following = command_end(own_command[0], own_command[1], horizon)
+                next_row, next_value, next_slope, width, next_own = acting_piece(
+                    p, on, shaped, command, row, t + sums[1] - shift, following
+                )
+                if sums[1] + width > min(step, until):
+                    break
+                more = with_piece(sums, next_value, next_slope, width)
+                line_value, line_slope, changed = straightened(more, step / STEP_SHARE)
+                if abs(gain) * changed > joined_deg:
+                    break
+                passed = sums[1]
+                sums, row, last, horizon = more, next_row, following, width
+                value, slope = line_value, line_slope
+                own_command = next_own
+                made += 1
+            horizon = sums[1]
         span = (t, max(min(horizon, stop - t + step), 2.0 * TINY))
         line = (gain * value + bias, gain * slope)
         if t == samples[0]:
             motion = first_motion(p, on, acts[2], first_angle(p, on, line[0]), line[0])
+        budget += 1 if shaped else -1
+        allowed = budget
         motion, updates, memory, gone, n, budget = piece(
             p, on, acts, own, steps, motion, updates, memory, line, span, samples, n, horn, out,
-            budget + 1 if shaped else budget - 1,
+            budget,
         )  # fmt: skip
+        cost += step_cost * (allowed - max(budget, 0))
         made += 1
         if budget < 0 or made > pieces:
             out[n:] = np.nan
             break
         if shaped:
-            last = command_end(own_value, own_slope, gone)
+            last = command_end(own_command[0], own_command[1], gone - passed)
         t += gone
-    return allowed - budget + (2 * made if shaped else 0)
+    return cost + made
 
 
 @njit(parallel=True)
-def simulate_rows(rows, times, values, linear, pushes, restarts, samples, horn, step, out):
+def simulate_rows(
+    rows, times, values, linear, joined_deg, pushes, restarts, samples, horn, step, out
+):
     """Simulate ``rows`` (batch, parameters) into ``out`` (batch, samples).
 
     ``pushes`` (2, rows) are the times and values of the known disturbance, ``restarts`` (3, n) the
     times, angles and speeds at which the motion begins anew.
-    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns how many steps each
-    of them took, (batch,): what it costs, the same on every machine.
+    ``step`` [s] bounds all steps; 0 for those of :func:`step_lengths`. Returns what each of them
+    cost, (batch,), the same on every machine: see ``FULL_STEP``.
     """
     taken = np.empty(rows.shape[0], np.int64)
     for b in prange(rows.shape[0]):
         steps = step_lengths(rows[b, 1], rows[b, 2]) if step == 0.0 else (step, step)
         taken[b] = _row(
-            rows[b], times, values, linear, pushes, restarts, samples, horn, steps, out[b]
-        )
+            rows[b], times, values, linear, joined_deg, pushes, restarts, samples, horn, steps,
+            out[b],
+        )  # fmt: skip
     return taken
 
 

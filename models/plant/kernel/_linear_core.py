@@ -15,7 +15,10 @@ from numba import njit
 
 STEP_SHARE = 0.25  # default step as a share of the time constant T
 _SHORTEST_S = 2e-4
-_LONGEST_S = 6e-3  # rows of a log at 170 Hz or more then take one step each
+_LONGEST_S = 25e-3  # rows of a log at 40 Hz or more then take one step each
+LONGEST_COAST_S = 6e-3
+"""Steps in which the core coasts are no longer, nor those that have grown as the fast pole of a
+stiff core died away: between their ends the motion is interpolated."""
 _SERIES = 0.3  # below this stiffness of a step the power series has converged in 14 terms
 _TERMS = 14
 _INVERSE = tuple(1.0 / max(n, 1) for n in range(_TERMS + 3))  # no divisions in the series
@@ -35,7 +38,8 @@ def step_lengths(T, xi):  # type: ignore[no-untyped-def]
     The core is updated exactly, and once its fast pole has died away what moves is slow.
     """
     slow = T * (xi + math.sqrt(xi * xi - 1.0)) if xi > 1.0 else T
-    return step_length(T), step_length(slow)
+    step = step_length(T)
+    return step, max(step, min(step_length(slow), LONGEST_COAST_S))
 
 
 @njit

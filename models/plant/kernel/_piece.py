@@ -12,7 +12,7 @@ import math
 
 from numba import njit
 
-from servosight.models.plant.kernel._linear_core import cubic_root, quintic
+from servosight.models.plant.kernel._linear_core import LONGEST_COAST_S, cubic_root, quintic
 from servosight.models.plant.kernel._steps import (
     SLIDING_FREE,
     TINY,
@@ -127,6 +127,8 @@ def piece(
     )
     T, xi, held = own
     step, longest = steps
+    if exact:
+        step, longest = min(step, LONGEST_COAST_S), min(longest, LONGEST_COAST_S)
     x, z, mode = motion
     half, full, known = updates
     force, rise = line
