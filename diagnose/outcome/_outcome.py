@@ -38,6 +38,8 @@ from servosight.diagnose.selection import (
 from servosight.identify.fit import FRAMES_GAIN, POSSIBLE_FRAMES_GAIN, CommandFrames, FramedFit
 from servosight.models.core import StageProgress, Table
 
+_LIMITED_DRIVES = (("torque_saturation",), ("speed_limit",), ("current_limit",))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
@@ -109,9 +111,7 @@ def select(
         if last is not checked:
             stable = stability(models, criterion, last)
         if framed is None and not criterion.explained(last.score):
-            framed = command_frames(
-                models, last, data.runs, data.levels.floor_deg, POSSIBLE_FRAMES_GAIN
-            )
+            framed = _possible_frames(models, last, data)
             if framed is not None:
                 other = select(data, criterion, prior, auto=auto, progress=progress, framed=framed)
                 most_deg = (1.0 - FRAMES_GAIN) * last.score.larger_rmse_deg
@@ -129,6 +129,21 @@ def select(
         simulations=searched,
         timing=timing,
     )
+
+
+def _possible_frames(models: ModelSelection, last: Trial, data: DiagnosisData) -> FramedFit | None:
+    """The frames beside the last model or, if that leaves less, beside the best limit of the drive.
+
+    Servos that are driven by pulses have one, and frames may be why it was not taken: beside a
+    model without it their times are found wrong.
+    """
+    limited = [one for one in models.trials.values() if one.effects in _LIMITED_DRIVES]
+    tried = [last, *sorted(limited, key=lambda one: one.score.train_rmse_deg)[:1]]
+    found = [
+        command_frames(models, one, data.runs, data.levels.floor_deg, POSSIBLE_FRAMES_GAIN)
+        for one in tried
+    ]
+    return min((one for one in found if one), key=lambda one: one.rmse_deg, default=None)
 
 
 def with_ladder(outcome: Outcome) -> tuple[Outcome, Table[LadderStep]]:

@@ -36,7 +36,7 @@ _ALONE = (0.6, 1.6)  # times what the stair would do: more is another effect tha
 _LEAST = 0.3  # of the squared residual
 _MOST_LEFT = 0.7  # of it in the windows: far more than what may remain of the error
 _CLEARER = 1.1  # times the error with the best frames, at least, of those of another length
-_MISSES = 2.0  # floors: a smaller error is good enough
+_MISSES, _REACHED = 2.0, 1.1  # floors: a smaller error than the first is good enough
 FRAMES_GAIN = 0.6
 """The error must fall by this share, with all parameters fitted again, before frames are said."""
 POSSIBLE_FRAMES_GAIN = 0.25
@@ -83,8 +83,8 @@ def frame_notes(fit: Solution, floor_deg: float) -> tuple[str, ...]:
 
 
 def clear_frames(fit: Solution, floor_deg: float, gain: float = FRAMES_GAIN) -> FramedFit | None:
-    """The frames of the recordings of a fit, where they lower its error by the share ``gain``; else
-    None, as where that is near its floor [deg]."""
+    """The frames of the recordings of a fit, where they lower its error by the share ``gain`` or
+    from twice its floor [deg] to that; else None, as where it is near the floor without them."""
     if fit.rmse_deg <= _MISSES * floor_deg:
         return None
     # Without one, T and xi would stand for what a frame delays in the mean.
@@ -95,7 +95,8 @@ def clear_frames(fit: Solution, floor_deg: float, gain: float = FRAMES_GAIN) -> 
     recordings = in_frames(late.problem.recordings, found)
     framed = polish(replace(late.problem, recordings=recordings), [late.outcome.point])
     found, framed = aligned(framed, late.problem.recordings, found)
-    if framed.rmse_deg > (1.0 - gain) * late.rmse_deg:
+    done = framed.rmse_deg <= _REACHED * floor_deg and late.rmse_deg > _MISSES * floor_deg
+    if framed.rmse_deg > (1.0 - gain) * late.rmse_deg and not done:
         return None
     return FramedFit(found, framed.rmse_deg, late.rmse_deg)
 

@@ -135,11 +135,15 @@ def test_a_model_that_fails_on_validation_data_beyond_the_fitted_ones_does_not_e
 def models(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What the first model scores, which latencies and frames are found beside which model, and
     the splits that were made."""
-    made: dict[str, Any] = {"score": trial("").score, "late": None, "framed": {}, "choices": []}
+    made: dict[str, Any] = {
+        "score": trial("").score, "late": None, "framed": {}, "choices": [],
+        "trials": {},
+    }  # fmt: skip
 
     class Models:
         def __init__(self, split: Any, effects: Any, known: Any) -> None:
             self.split, self.work = split, SimpleNamespace(simulations=7)
+            self.trials = made["trials"]
 
         def first(self) -> Any:
             return SimpleNamespace(score=made["score"], effects=())
@@ -233,6 +237,35 @@ def test_a_latency_is_taken_out_and_said_with_the_runs_names(
         assert all("recording.toml" in note for note in notes)
 
 
+def framed(frames: tuple[str | None, ...], rmse_deg: float) -> Any:
+    """Frames of the recordings, and the error with them."""
+    return SimpleNamespace(
+        frames=frames, rmse_deg=rmse_deg, sentences=lambda names, remedy: ("framed",)
+    )
+
+
+@pytest.mark.parametrize(("rmse_deg", "expected"), [(0.05, "limited"), (0.2, "last")])
+def test_frames_are_looked_for_beside_a_limit_of_the_drive_as_well(
+    models: dict[str, Any], rmse_deg: float, expected: str
+) -> None:
+    """Those with which less remains are taken; of several limits that which fits best is asked."""
+    names = "torque_saturation", "current_limit"
+    limits = [
+        SimpleNamespace(effects=(name,), score=score(train_deg, 0.3))
+        for name, train_deg in zip(names, (0.2, 0.3), strict=True)
+    ]
+    models["trials"] = dict(enumerate([trial("b"), *limits]))
+    models["framed"] = {
+        ("a",): framed(("last",), 0.1),
+        ("torque_saturation",): framed(("limited",), rmse_deg),
+        ("current_limit",): framed(("other",), 0.01),
+    }
+    given: Any = _outcome.ModelSelection(None, None, None)  # type: ignore[arg-type]
+    found = _outcome._possible_frames(given, trial("a", 0.3), data())
+    assert found is not None
+    assert found.frames == (expected,)
+
+
 @pytest.mark.parametrize(
     ("unframed_deg", "framed_deg", "expected"),
     [
@@ -249,9 +282,7 @@ def test_frames_beside_the_last_model_alone_count_where_its_error_falls_with_the
     expected: tuple[str, ...],
 ) -> None:
     """All is done again with them."""
-    models["framed"] = {
-        ("a",): SimpleNamespace(frames=("own", None), sentences=lambda names, remedy: ("framed",))
-    }
+    models["framed"] = {("a",): framed(("own", None), 0.1)}
     splits: list[Any] = []
 
     def selector(made: Any, *_: Any) -> Any:
