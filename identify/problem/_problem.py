@@ -24,7 +24,7 @@ from servosight.models.plant import Plant, Stimulus
 
 LOST_DEG = 1e6
 """The error [deg] of a sample that was not simulated, and the largest that counts."""
-_JOINED_DEG = 5e-4  # below what logs resolve: angles change by 0.0003 deg rms at most
+_JOINED_DEG = 5e-4  # below what logs resolve: angles change by 0.001 deg rms at most
 
 
 @dataclass(frozen=True)
