@@ -76,11 +76,10 @@ def recorded_piece(times, values, linear, row, t):
 
 @njit
 def acting_piece(p, on, shaped, command, row, t, last):
-    """The straight piece of the command that acts at ``t``, as :func:`recorded_piece`; last what
-    the terms on the command remember of it, values and slopes.
+    """The straight piece at ``t`` behind the terms on the command: row, value, slope, for how long.
 
-    ``command``: times, values and whether it is linear between them; ``last`` is what the terms
-    have come to.
+    ``command``: times, values and whether it is linear between them; ``last``: the terms' outputs
+    so far. The fifth is what these do in the piece, for :func:`command_end`: values and slopes.
     """
     times, values, linear = command
     row, value, slope, horizon = recorded_piece(times, values, linear, row, t)
@@ -303,21 +302,18 @@ def shape_command(row_values, times, values, linear, first, last, out):
     shift = latency(p, on)
     t = first
     row = np.searchsorted(times, t - shift, side="right") - 1
+    command = (times, values, linear)
     kept = command_start(p, on, recorded_piece(times, values, linear, row, t - shift)[1])
     n = 0
     while t < last:
         if n == len(out):
             return -1
-        row, value, slope, horizon = recorded_piece(times, values, linear, row, t - shift)
-        if shaped:
-            value, slope, horizon, own_value, own_slope = command_chain(
-                p, on, value, slope, horizon, kept
-            )
+        row, value, slope, horizon, own = acting_piece(p, on, shaped, command, row, t - shift, kept)
         out[n] = t, value, slope
         n += 1
         gone = max(min(horizon, last - t), 2.0 * TINY)
         if shaped:
-            kept = command_end(own_value, own_slope, gone)
+            kept = command_end(own[0], own[1], gone)
         t += gone
     return n
 

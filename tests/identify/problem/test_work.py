@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from servosight.identify.problem import Work
-from servosight.identify.problem._work import ORDINARY_STEP_S
 from servosight.models.core import Array
 
 
@@ -31,14 +30,14 @@ def test_a_row_that_comes_again_is_not_simulated_and_counts_all_the_same() -> No
     first = work.angles("run", ROWS, 2.0, plant)
     assert [set(one) for one in first] == [{1.0}, {2.0}, {1.0}]
     assert work.simulations == 2
-    assert work.cost == pytest.approx(1500 * ORDINARY_STEP_S / 2.0)
+    assert work.cost == pytest.approx(1500 * 1e-3 / 2.0)
     first[:] = 0.0  # what is given away is a copy
     again = work.angles("run", np.array([[3.0, 500.0], [2.0, 1000.0]]), 2.0, plant)
     assert [set(one) for one in again] == [{3.0}, {2.0}]
     assert sorted(plant.batches[0]) == [1.0, 2.0]
     assert plant.batches[1:] == [[3.0]]
     assert work.simulations == 4
-    assert work.cost == pytest.approx(3000 * ORDINARY_STEP_S / 2.0)
+    assert work.cost == pytest.approx(3000 * 1e-3 / 2.0)
 
 
 def test_what_another_stimulus_gave_is_no_answer() -> None:
